@@ -1,0 +1,8 @@
+"""Criteria: what makes one program better than another."""
+
+from acalx.criteria.alphabetic import A, D, E
+from acalx.criteria.base import Ceiling, Criterion
+from acalx.criteria.fair import Inequality
+from acalx.criteria.product import Product
+
+__all__ = ["A", "Ceiling", "Criterion", "D", "E", "Inequality", "Product"]

@@ -1,0 +1,96 @@
+"""The alphabetic criteria D, A and E, of the covariance K of the estimates."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+
+from acalx.arrays import Array
+from acalx.criteria.base import Ceiling, Criterion
+from acalx.information import Information, Parameter
+
+__all__ = ["A", "D", "E"]
+
+
+@final
+@dataclass(frozen=True)
+class D(Criterion):
+    """log det K: the volume of the confidence ellipsoid of all the parameters together.
+
+    It does not depend on the units of the parameters. Source: Wald (1943), Kiefer (1959).
+    """
+
+    def loss(self, information: Information) -> Array:
+        """-log det M."""
+        return -information.log_det
+
+    def gradient(self, information: Information) -> Array:
+        """-K."""
+        return -information.covariance
+
+
+@final
+@dataclass(frozen=True)
+class A(Criterion):
+    """log tr K: the sum of the variances of the parameters, in the units that they have.
+
+    Source: Chernoff (1953).
+    """
+
+    def loss(self, information: Information) -> Array:
+        """Logarithm of the sum of the variances."""
+        return np.asarray(np.log(information.variances.sum(axis=-1)))
+
+    def gradient(self, information: Information) -> Array:
+        """-K K / tr K."""
+        covariance = information.covariance
+        trace = information.variances.sum(axis=-1)[..., None, None]
+        return np.asarray(-(covariance @ covariance) / trace)
+
+
+@final
+@dataclass(frozen=True)
+class E(Ceiling):
+    """log of the largest eigenvalue of K: the variance of the worst combination of parameters.
+
+    Source: Ehrenfeld (1955).
+    """
+
+    def loss(self, information: Information) -> Array:
+        """Minus the logarithm of the smallest eigenvalue of M."""
+        smallest = information.eigenvalues[..., 0]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return np.where(smallest > 0, -np.log(smallest), np.inf)
+
+    def gradient(self, information: Information) -> Array:
+        """-v v' / mu, with mu the smallest eigenvalue of M and v its eigenvector."""
+        values, vectors = np.linalg.eigh(information.matrix)
+        worst = vectors[..., 0]
+        return np.asarray(-worst[..., :, None] * worst[..., None, :] / values[..., 0, None, None])
+
+    @property
+    def log_floor(self) -> float:
+        """None: a variance can be as small as it will."""
+        return -np.inf
+
+    def start(self, parameters: tuple[Parameter, ...], stack: tuple[int, ...]) -> Array:
+        """Multipliers (*stack, p, p) of the matrix inequality I <= t M."""
+        p = len(parameters)
+        return np.zeros((*stack, p, p))
+
+    def hold(
+        self, information: Information, log_t: Array, multiplier: Array, penalty: Array
+    ) -> tuple[Array, Array, Array, Array]:
+        """Augmented Lagrangian of I - t M <= 0 on the cone of semidefinite matrices."""
+        # Giving all of the p eigenvalues up must cost more than any log t saves.
+        penalty = 10.0 * penalty
+        scaled = np.exp(log_t)[..., None, None] * information.matrix
+        excess = np.eye(scaled.shape[-1]) - scaled
+        values, vectors = np.linalg.eigh(multiplier + penalty[..., None, None] * excess)
+        kept = np.maximum(values, 0.0)
+        following = (vectors * kept[..., None, :]) @ vectors.swapaxes(-1, -2)
+        value = ((kept**2).sum(axis=-1) - (multiplier**2).sum(axis=(-2, -1))) / (2 * penalty)
+        slope = -(following * scaled).sum(axis=(-2, -1))
+        return value, -np.exp(log_t)[..., None, None] * following, slope, following

@@ -1,0 +1,255 @@
+"""The information matrix of a program and everything that is read from it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from acalx.arrays import Array
+from acalx.errors import ArgumentError
+
+__all__ = ["Information", "Parameter", "parameter_groups"]
+
+# A parameter is a combination of the others, to working accuracy, where its pivot is so much
+# smaller than its diagonal entry, its variance so many times larger than with the others known,
+# or an eigenvalue of the matrix scaled to a unit diagonal so much smaller than the largest.
+_PIVOT_TOLERANCE = 1e-13
+_LARGEST_INFLATION = 1e13
+_EIGENVALUE_TOLERANCE = 1e-13
+# From this many matrices on, elimination along the stack beats one LAPACK call a matrix.
+_LARGE_STACK = 32
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """An error parameter of a sensor.
+
+    Parameters
+    ----------
+    name : str
+        Unique within the model, e.g. ``bias_x``.
+    group : str
+        Parameters of the same kind, compared with each other, e.g. ``bias``.
+    unit : str
+        Unit of the parameter, e.g. ``g``.
+    """
+
+    name: str
+    group: str
+    unit: str
+
+
+def parameter_groups(parameters: Iterable[Parameter]) -> dict[str, list[int]]:
+    """Indices of the parameters of each group, groups in the order of appearance."""
+    groups: dict[str, list[int]] = {}
+    for index, parameter in enumerate(parameters):
+        groups.setdefault(parameter.group, []).append(index)
+    return groups
+
+
+@dataclass(frozen=True)
+class Information:
+    """Information matrix M = H'H of one program or a stack of them.
+
+    Everything derived from it is computed on first use and kept. The covariance of the
+    least-squares estimate is K = inv(M) times the noise variance, which is 1 here because
+    regressors are divided by the noise standard deviation.
+
+    Parameters
+    ----------
+    matrix : array (..., p, p)
+        Symmetric, positive semidefinite.
+    parameters : tuple of Parameter, length p
+    """
+
+    matrix: Array
+    parameters: tuple[Parameter, ...]
+
+    @classmethod
+    def from_regressors(cls, regressors: Array, parameters: tuple[Parameter, ...]) -> Information:
+        """Sum the information of all positions and outputs.
+
+        Parameters
+        ----------
+        regressors : array (..., n, m, p)
+            Rows h for m outputs in each of n positions, in units of the noise.
+        """
+        *stack, n, m, p = regressors.shape
+        rows = regressors.reshape((*stack, n * m, p), order="F" if _stack_first(regressors) else "C")
+        if math.prod(stack) < _LARGE_STACK:
+            return cls(rows.swapaxes(-1, -2) @ rows, parameters)
+        matrix = np.empty((*stack, p, p), order="F")
+        for i in range(p):  # the upper triangle, one row at a time, along the stack
+            np.einsum("...n,...nj->...j", rows[..., i], rows[..., i:], out=matrix[..., i, i:])
+            matrix[..., i + 1 :, i] = matrix[..., i, i + 1 :]
+        return cls(matrix, parameters)
+
+    @property
+    def groups(self) -> Mapping[str, list[int]]:
+        """Indices of the parameters of each group."""
+        return parameter_groups(self.parameters)
+
+    def group(self, name: str) -> list[int]:
+        """Indices of the parameters of one group; ArgumentError where there is none."""
+        groups = self.groups
+        if name not in groups:
+            raise ArgumentError(f"no parameter group {name!r}; the groups are {', '.join(groups)}")
+        return groups[name]
+
+    @cached_property
+    def _root(self) -> Array:
+        """Inverse R of the Cholesky factor, inv(M) = R'R; inf where M is singular."""
+        if math.prod(self.matrix.shape[:-2]) >= _LARGE_STACK:
+            root = _inverse_roots(self.matrix)
+        else:
+            try:
+                root = np.linalg.inv(np.linalg.cholesky(self.matrix))
+            except np.linalg.LinAlgError:
+                root = _inverse_roots(self.matrix)
+        # variance of a parameter with the others unknown, over that with the others known
+        with np.errstate(invalid="ignore"):  # inf times zero is nan, which compares as it should
+            inflation = np.einsum("...ki,...ki->...i", root, root) * self.matrix.diagonal(axis1=-2, axis2=-1)
+        regular = (inflation < _LARGEST_INFLATION).all(axis=-1)
+        return root if regular.all() else np.where(regular[..., None, None], root, np.inf)
+
+    @cached_property
+    def log_det(self) -> Array:
+        """log det M, shape (...); -inf where M is singular."""
+        return np.asarray(-2.0 * np.log(self._root.diagonal(axis1=-2, axis2=-1)).sum(axis=-1))
+
+    @cached_property
+    def singular(self) -> np.ndarray:
+        """Where some combination of the parameters can't be estimated, shape (...)."""
+        return np.isinf(self._root[..., 0, 0])
+
+    def select(self, members: np.ndarray) -> Information:
+        """Some members of the stack, by a mask (...)."""
+        chosen = Information(self.matrix[members], self.parameters)
+        chosen.__dict__["_root"] = self._root[members]  # computed already, and the same verdict
+        return chosen
+
+    @cached_property
+    def covariance(self) -> Array:
+        """K = inv(M), shape (..., p, p); inf where M is singular."""
+        if not self.singular.any():
+            return np.asarray(self._root.swapaxes(-1, -2) @ self._root)
+        singular = self.singular[..., None, None]
+        root = np.where(singular, 0.0, self._root)
+        return np.where(singular, np.inf, root.swapaxes(-1, -2) @ root)
+
+    @cached_property
+    def eigenvalues(self) -> Array:
+        """Eigenvalues of M, ascending, shape (..., p)."""
+        return np.linalg.eigvalsh(self.matrix)
+
+    @property
+    def variances(self) -> Array:
+        """Variances of the parameters, shape (..., p)."""
+        return self.covariance.diagonal(axis1=-2, axis2=-1)
+
+    @property
+    def standard_deviations(self) -> Array:
+        """Standard deviations of the parameters in units of the noise, shape (..., p)."""
+        return np.sqrt(self.variances)
+
+    @property
+    def correlations(self) -> Array:
+        """Correlations of the estimates, shape (..., p, p); nan where M is singular."""
+        singular = self.singular[..., None]
+        deviations = np.where(singular, 1.0, self.standard_deviations)
+        covariance = np.where(singular[..., None], np.nan, self.covariance)
+        return covariance / (deviations[..., :, None] * deviations[..., None, :])
+
+    @property
+    def condition_number(self) -> Array:
+        """Ratio of the largest to the smallest eigenvalue of M, shape (...); inf where singular."""
+        values = self.eigenvalues
+        smallest = np.where(self.singular, 1.0, values[..., 0])
+        return np.where(self.singular, np.inf, values[..., -1] / smallest)
+
+    def theta(self, group: str) -> Array:
+        """Largest standard deviation of a group of parameters, shape (...).
+
+        Source: Egorov, Kiryachenko, Popov (2021).
+        """
+        return np.sqrt(self.variances[..., self.group(group)].max(axis=-1))
+
+    def inequality(self, group: str) -> Array:
+        """(max - min) / max of the standard deviations of a group, shape (...), 0 to 1.
+
+        Nan where the information is singular. Source: Egorov, Kiryachenko, Popov (2021), whose
+        tables come out with standard deviations though the formula there has variances.
+        """
+        variances = self.variances[..., self.group(group)]
+        ratio = np.where(self.singular, np.nan, variances.min(axis=-1)) / variances.max(axis=-1)
+        return 1.0 - np.sqrt(ratio)
+
+    def inestimable(self) -> list[str]:
+        """Combinations of the parameters that this one program can't see, as readable sums.
+
+        Adding any multiple of such a combination to the true parameters changes no measurement.
+        The list is empty where all the parameters can be estimated.
+        """
+        scale = np.sqrt(self.matrix.diagonal())
+        scale = np.where(scale > 0, scale, 1.0)
+        values, vectors = np.linalg.eigh(self.matrix / np.outer(scale, scale))
+        null_space = (vectors[:, values < _EIGENVALUE_TOLERANCE * max(values[-1], 1e-300)] / scale[:, None]).T
+        return [_as_sum(row, self.parameters) for row in _row_reduced(null_space)]
+
+
+def _stack_first(array: Array) -> bool:
+    return bool(array.flags.f_contiguous and not array.flags.c_contiguous)
+
+
+def _inverse_roots(matrix: Array) -> Array:
+    """Inverse Cholesky factors, computed along the stack; inf where there is none.
+
+    For thousands of small matrices several times as fast as a LAPACK call for each, and it
+    tolerates singular ones.
+    """
+    upper = np.array(np.moveaxis(matrix, (-2, -1), (0, 1)), order="C")
+    p = len(upper)
+    floors = np.array([_PIVOT_TOLERANCE * upper[k, k] for k in range(p)])
+    regular = np.ones(upper.shape[2:], dtype=bool)
+    for k in range(p):  # M = U'U, row by row
+        good = upper[k, k] > floors[k]
+        regular &= good
+        upper[k, k:] *= 1.0 / np.sqrt(np.where(good, upper[k, k], 1.0))
+        for i in range(k + 1, p):
+            upper[i, i:] -= upper[k, i] * upper[k, i:]
+    root = np.zeros(upper.shape)
+    for i in range(p):  # R U' = I, row by row
+        root[i, i] = 1.0 / np.where(regular, upper[i, i], 1.0)
+        row = root[i, :i]
+        for k in range(i):
+            row[: k + 1] -= upper[k, i] * root[k, : k + 1]
+        row *= root[i, i]
+    return np.asarray(np.moveaxis(np.where(regular, root, np.inf), (0, 1), (-2, -1)))
+
+
+def _row_reduced(rows: Array) -> Array:
+    """Reduced row echelon form with full pivoting, which makes a null space readable."""
+    rows = rows.copy()
+    for k in range(len(rows)):
+        i, j = np.unravel_index(np.abs(rows[k:]).argmax(), rows[k:].shape)
+        rows[[k, k + i]] = rows[[k + i, k]]
+        rows[k] /= rows[k, j]
+        others = np.arange(len(rows)) != k
+        rows[others] -= np.outer(rows[others, j], rows[k])
+    return rows
+
+
+def _as_sum(coefficients: Array, parameters: tuple[Parameter, ...]) -> str:
+    text = ""
+    for coefficient, parameter in zip(coefficients, parameters, strict=True):
+        if abs(coefficient) < 1e-6:
+            continue
+        size = abs(coefficient)
+        factor = "" if abs(size - 1) < 1e-6 else f"{size:.4g} "
+        sign = " - " if coefficient < 0 else " + "
+        text += f"{sign}{factor}{parameter.name}"
+    return text.removeprefix(" + ").replace(" - ", "-", 1) if text.startswith(" - ") else text.removeprefix(" + ")

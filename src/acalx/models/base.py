@@ -1,0 +1,76 @@
+"""The interface of a measurement model: which parameters, and the regressors that show them."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import fields, replace
+
+import numpy as np
+
+from acalx.arrays import Array
+from acalx.errors import CompatibilityError
+from acalx.information import Parameter
+from acalx.stimulus import Stimulus
+
+__all__ = ["Model"]
+
+
+class Model(ABC):
+    """A sensor with p error parameters and m outputs in each position, linear in the parameters.
+
+    A new model gives `parameters`, `outputs`, `needs` and `regressors`; the derivative is then
+    numerical until it is given exactly. Concrete models are frozen dataclasses.
+    """
+
+    @property
+    @abstractmethod
+    def parameters(self) -> tuple[Parameter, ...]:
+        """The p parameters, in the order of the regressors."""
+
+    @property
+    @abstractmethod
+    def needs(self) -> tuple[str, ...]:
+        """Names of the quantities of the stimulus that the regressors read."""
+
+    @property
+    def outputs(self) -> int:
+        """Number m of outputs in a position."""
+        return 1
+
+    @property
+    def smallest_n(self) -> int:
+        """The fewest positions that can determine all the parameters."""
+        return -(-len(self.parameters) // self.outputs)
+
+    @abstractmethod
+    def regressors(self, stimulus: Stimulus) -> Array:
+        """Rows h of H, (..., n, m, p), each divided by the noise standard deviation of its output."""
+
+    def derivative(self, stimulus: Stimulus) -> Stimulus:
+        """Derivatives of the regressors with respect to the stimulus, arrays (..., n, m, p, 3).
+
+        The default differentiates `regressors` numerically, by central differences.
+        """
+        step = 1e-5
+        derivatives = {}
+        for name in self.needs:
+            value = getattr(stimulus, name)
+            columns = []
+            for k in range(value.shape[-1]):
+                shift = np.zeros(value.shape[-1])
+                shift[k] = step
+                above = self.regressors(replace(stimulus, **{name: value + shift}))
+                below = self.regressors(replace(stimulus, **{name: value - shift}))
+                columns.append((above - below) / (2 * step))
+            derivatives[name] = np.stack(columns, axis=-1)
+        return Stimulus(**derivatives)
+
+    def check(self, stimulus: Stimulus, stand: object) -> None:
+        """Raise CompatibilityError where the stand does not provide what the model needs."""
+        known = [field.name for field in fields(Stimulus)]
+        for name in self.needs:
+            if name not in known or getattr(stimulus, name) is None:
+                raise CompatibilityError(
+                    f"model {type(self).__name__} needs the {name.replace('_', ' ')}, "
+                    f"which stand {type(stand).__name__} does not provide"
+                )

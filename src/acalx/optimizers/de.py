@@ -1,0 +1,211 @@
+"""Differential evolution, by scipy."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, final
+
+import numpy as np
+
+from acalx.arrays import Array
+from acalx.errors import ArgumentError
+from acalx.optimizers.agreement import distinct_solutions, judge
+from acalx.optimizers.base import Account, Optimizer, Result, Status
+from acalx.optimizers.descent import descend
+from acalx.optimizers.options import require_count, require_positive
+from acalx.problem import Problem
+
+__all__ = ["DifferentialEvolution"]
+
+# The generation whose trial programs are taken as companions: better than random ones, and
+# not yet drawn together around one minimum.
+_YOUNG = 5
+
+_STRATEGIES = tuple(
+    f"{base}1{crossover}"
+    for base in ("best", "rand", "randtobest", "currenttobest")
+    for crossover in ("bin", "exp")
+) + ("best2bin", "best2exp", "rand2bin", "rand2exp")  # fmt: skip
+
+
+@final
+@dataclass(frozen=True)
+class DifferentialEvolution(Optimizer):
+    """scipy's differential evolution, restarted from different populations.
+
+    A whole population is evaluated in one call. Each restart begins with another population
+    and ends when the population has drawn together or after `maxiter` generations; its best
+    program is then polished by descent along the gradient, unless the stand has steps. It
+    ends early when several restarts agree on the best loss and, where there was a polish, a
+    better minimum is not to be expected (see `acalx.optimizers.agreement`).
+
+    Parameters
+    ----------
+    restarts : int
+        Most restarts.
+    agree : int
+        So many restarts with the same best loss end the search.
+    agreement : float
+        Losses that differ by less are the same.
+    popsize : int
+        Members of the population for each angle; never fewer than 5 members in all.
+    maxiter : int
+        Most generations of a restart.
+    strategy : str
+        One of scipy's strategies.
+    mutation : float or pair of float
+        Differential weight, 0 to 2; of a pair one is drawn for each generation.
+    recombination : float
+        Crossover probability. It is high because the angles of a program act together;
+        scipy's own default of 0.7 with a mutation of 0.5 to 1 does not converge at nine positions.
+    spread : float
+        A restart ends when the standard deviation of the population's losses is smaller.
+    polish : bool
+        Whether descent along the gradient ends each restart.
+    companions : int
+        So many programs of the young population are polished beside the best of the old one.
+        A population can draw together around a poor minimum; several restarts may around the
+        same one. Companions cost little and show that there is a better one.
+
+    Source: Storn and Price, J. Global Optim. 11 (1997) 341; restarts as in Egorov,
+    Kiryachenko, Popov (2021).
+    """
+
+    restarts: int = 10
+    agree: int = 3
+    agreement: float = 1e-5
+    popsize: int = 5
+    maxiter: int = 1000
+    strategy: str = "best1bin"
+    mutation: float | Sequence[float] = (0.4, 0.7)
+    recombination: float = 0.9
+    spread: float = 1e-3
+    polish: bool = True
+    companions: int = 15
+
+    def __post_init__(self) -> None:
+        for name in ("restarts", "agree", "popsize", "maxiter"):
+            require_count(name, getattr(self, name))
+        for name in ("agreement", "spread"):
+            require_positive(name, getattr(self, name))
+        if self.strategy not in _STRATEGIES:
+            raise ArgumentError(f"strategy={self.strategy}: must be one of {', '.join(_STRATEGIES)}")
+        weights = self.mutation if isinstance(self.mutation, Sequence) else (self.mutation,)
+        if not all(isinstance(w, (int, float)) and 0 <= w < 2 for w in weights) or len(weights) not in (1, 2):
+            raise ArgumentError(f"mutation={self.mutation}: must be a number from 0 to 2, or two of them")
+        if not (isinstance(self.recombination, (int, float)) and 0 <= self.recombination <= 1):
+            raise ArgumentError(f"recombination={self.recombination}: must be a number from 0 to 1")
+        if not isinstance(self.companions, int) or self.companions < 0:
+            raise ArgumentError(f"companions={self.companions}: must be a whole number, 0 or more")
+        if not isinstance(self.polish, bool):
+            raise ArgumentError(f"polish={self.polish}: must be true or false")
+
+    def search(self, problem: Problem, rng: np.random.Generator, account: Account) -> Result:
+        """Restarts until enough of them agree."""
+        space = _Space.of(problem)
+        polish = self.polish and not problem.stand.stepped
+        settings, losses = np.empty((0, problem.n, problem.d)), np.empty(0)
+        raw = np.empty(0)
+        status: Status = "ok"
+        while True:
+            winner, members = self._evolve(problem, space, rng, account, len(raw) / self.restarts)
+            raw = np.append(raw, problem.loss(winner))
+            ends, end_losses = winner[None], raw[-1:]
+            if polish and np.isfinite(raw[-1]):
+                descent = descend(problem, np.concatenate([ends, members]), account=account)
+                ends, end_losses = descent.settings, descent.loss
+            settings, losses = np.concatenate([settings, ends]), np.concatenate([losses, end_losses])
+            best = int((losses <= losses.min() + self.agreement).sum())
+            verdict = judge(losses, self.agreement)
+            counted = f"{best} of {len(losses)} programs from {len(raw)} restarts"
+            if len(raw) >= self.agree and best >= self.agree and (verdict.settled or not polish):
+                message = f"stopped early: {counted} agree on the best loss"
+                break
+            if len(raw) >= self.restarts:
+                message = f"all restarts used: {counted} reached the best loss"
+                status = "ok" if best >= 2 or len(losses) == 1 else "limit"
+                break
+        if self.polish and not polish:
+            message += "; no polish, since the stand has steps"
+        solutions = distinct_solutions(problem, settings, losses, self.agreement)
+        gain = float(raw.min() - losses.min()) if polish else None
+        return Result(status, message, solutions, account.evaluations, account.seconds, account.history, gain)
+
+    def _evolve(
+        self, problem: Problem, space: _Space, rng: np.random.Generator, account: Account, done: float
+    ) -> tuple[Array, Array]:
+        """One restart: the best program (n, d), and members (k, n, d) of the young population."""
+        from scipy.optimize import differential_evolution
+
+        generation = 0
+        young = np.empty((0, problem.n, problem.d))
+
+        def losses(columns: Array) -> Array:
+            nonlocal young
+            settings = space.settings(columns.T)
+            values = problem.loss(settings)
+            if generation == _YOUNG:
+                young = settings[np.isfinite(values)][: self.companions]
+            account.fraction = done + generation / self.maxiter / self.restarts
+            account.see(settings, values)
+            return values
+
+        def count(intermediate_result: Any) -> None:
+            nonlocal generation
+            generation += 1
+
+        outcome = differential_evolution(
+            losses,
+            space.bounds,
+            strategy=self.strategy,
+            maxiter=self.maxiter,
+            popsize=self.popsize,
+            tol=0.0,
+            atol=self.spread,
+            mutation=self.mutation if isinstance(self.mutation, (int, float)) else tuple(self.mutation),
+            recombination=self.recombination,
+            rng=rng,
+            callback=count,
+            polish=False,
+            init="latinhypercube",
+            updating="deferred",
+            vectorized=True,
+            integrality=space.integrality,
+        )
+        return space.settings(np.asarray(outcome.x)[None])[0], young
+
+
+@dataclass(frozen=True)
+class _Space:
+    """What scipy varies: angles, or where the stand has steps the numbers of the stops."""
+
+    problem: Problem
+    stops: list[Array | None]
+
+    @classmethod
+    def of(cls, problem: Problem) -> _Space:
+        return cls(problem, [None if s.step is None else s.stops() for s in problem.stand.settings])
+
+    @property
+    def bounds(self) -> list[tuple[float, float]]:
+        one = [
+            (s.lower, s.upper) if stops is None else (0.0, len(stops) - 1.0)
+            for s, stops in zip(self.problem.stand.settings, self.stops, strict=True)
+        ]
+        return one * self.problem.n
+
+    @property
+    def integrality(self) -> list[bool]:
+        return [stops is not None for stops in self.stops] * self.problem.n
+
+    def settings(self, vectors: Array) -> Array:
+        """From scipy's vectors (s, n d) to settings (s, n, d) in rad."""
+        settings = vectors.reshape(len(vectors), self.problem.n, self.problem.d)
+        if all(stops is None for stops in self.stops):
+            return settings
+        columns = [
+            settings[..., k] if stops is None else stops[np.rint(settings[..., k]).astype(int)]
+            for k, stops in enumerate(self.stops)
+        ]
+        return np.stack(columns, axis=-1)

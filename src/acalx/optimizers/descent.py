@@ -1,0 +1,171 @@
+"""Descent from many starts at once to local minima of a problem, kinks included.
+
+A smooth criterion is minimized as it is. One with ceilings (see `acalx.criteria.Ceiling`) has
+kinks just at its minima; there log t of each ceiling joins the variables, and an augmented
+Lagrangian holds it above what it is the maximum of, so that everything minimized is smooth.
+
+Source: Bertsekas, Constrained Optimization and Lagrange Multiplier Methods (1982), chapter 2;
+for the matrix inequality of E: Kocvara and Stingl, Optim. Methods Softw. 18 (2003) 317.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from acalx.arrays import Array
+from acalx.criteria import Ceiling
+from acalx.information import Information
+from acalx.optimizers.base import Account
+from acalx.optimizers.bfgs import minimize_stack
+from acalx.problem import Problem
+
+__all__ = ["Descent", "descend"]
+
+_FIRST_PENALTY = 10.0
+_LARGEST_PENALTY = 1e6
+_GROWTH = 10.0
+_ROUNDS = 25
+# Limits of log t, far outside any loss that occurs, so that no step overflows.
+_LOG_RANGE = 60.0
+
+
+@dataclass(frozen=True)
+class Descent:
+    """Local minima that starts led to.
+
+    Parameters
+    ----------
+    settings : array (s, n, d), in rad
+    loss : array (s,)
+    converged : array (s,) of bool
+    """
+
+    settings: Array
+    loss: Array
+    converged: np.ndarray
+
+
+def descend(
+    problem: Problem, starts: Array, *, account: Account, tolerance: float = 1e-7, iterations: int = 2000
+) -> Descent:
+    """Local minima from starts (s, n, d) in rad; none ends above its start or outside the limits."""
+    if problem.criterion.terms().ceilings:
+        return _Held(problem, starts, account).run(tolerance, iterations)
+    lower, upper = _limits(problem)
+    shape = starts.shape
+
+    def objective(x: Array, index: np.ndarray) -> tuple[Array, Array]:
+        settings = x.reshape(-1, *shape[1:])
+        loss, gradient = problem.loss_and_gradient(settings)
+        account.see(settings, loss)
+        return loss, gradient.reshape(x.shape)
+
+    minima = minimize_stack(
+        objective, starts.reshape(len(starts), -1), lower, upper, tolerance=tolerance, iterations=iterations
+    )
+    return Descent(minima.x.reshape(shape), minima.loss, minima.converged)
+
+
+def _limits(problem: Problem) -> tuple[Array, Array]:
+    """Bounds of all the angles of a program, none where a setting can make a full turn."""
+    bounds = problem.stand.bounds
+    full_turn = [setting.full_turn for setting in problem.stand.settings]
+    lower = np.where(full_turn, -np.inf, bounds[:, 0])
+    upper = np.where(full_turn, np.inf, bounds[:, 1])
+    return np.tile(lower, problem.n), np.tile(upper, problem.n)
+
+
+class _Held:
+    """Rounds of smooth minimization with ceilings held by multipliers."""
+
+    def __init__(self, problem: Problem, starts: Array, account: Account) -> None:
+        self.problem, self.account = problem, account
+        self.terms = problem.criterion.terms()
+        self.ceilings: list[Ceiling] = [ceiling for _, ceiling in self.terms.ceilings]
+        self.weights = np.array([weight for weight, _ in self.terms.ceilings])
+        self.shape = starts.shape
+        self.angles = starts[0].size
+        lower, upper = _limits(problem)
+        floors = [max(ceiling.log_floor, -_LOG_RANGE) for ceiling in self.ceilings]
+        self.lower = np.concatenate([lower, floors])
+        self.upper = np.concatenate([upper, np.full(len(floors), _LOG_RANGE)])
+        information = problem.information(starts)
+        logs = [problem.loss_of(information, ceiling) for ceiling in self.ceilings]
+        self.x = np.concatenate([starts.reshape(len(starts), -1), np.stack(logs, axis=-1)], axis=-1)
+        stack = (len(starts),)
+        self.multipliers = [ceiling.start(problem.model.parameters, stack) for ceiling in self.ceilings]
+        self.penalty = np.full(len(starts), _FIRST_PENALTY)
+        self.best = starts.copy()
+        self.loss = problem.loss(starts)
+        account.see(starts, self.loss)
+        self.converged = np.zeros(len(starts), dtype=bool)
+
+    def run(self, tolerance: float, iterations: int) -> Descent:
+        going = np.flatnonzero(np.isfinite(self.loss))
+        gap = np.full(len(self.loss), np.inf)
+        previous = np.full(len(self.loss), np.inf)
+        for _ in range(_ROUNDS):
+            if not len(going):
+                break
+            self._round(going, tolerance, iterations)
+            settings = self.x[going, : self.angles].reshape(-1, *self.shape[1:])
+            at = self.problem.linearize(settings)
+            loss = self.problem.loss_of(at.information)
+            lagrangian = self._value_and_update(at.information, going)
+            self.account.keep(settings, loss)
+            better = loss < self.loss[going]
+            self.best[going[better]] = settings[better]
+            self.loss[going[better]] = loss[better]
+            new_gap = np.abs(loss - lagrangian)
+            settled = (new_gap < 1e-6) & (np.abs(loss - previous[going]) < 1e-7)
+            slow = new_gap > 0.25 * gap[going]
+            self.penalty[going[slow]] = np.minimum(self.penalty[going[slow]] * _GROWTH, _LARGEST_PENALTY)
+            gap[going], previous[going] = new_gap, loss
+            self.converged[going[settled]] = True
+            going = going[~settled]
+        return Descent(self.best, self.loss, self.converged)
+
+    def _round(self, going: np.ndarray, tolerance: float, iterations: int) -> None:
+        """Minimize the Lagrangian for fixed multipliers."""
+
+        def objective(x: Array, index: np.ndarray) -> tuple[Array, Array]:
+            at = self.problem.linearize(x[:, : self.angles].reshape(-1, *self.shape[1:]))
+            self.account.evaluations += len(x)
+            log_t = x[:, self.angles :]
+            value = log_t @ self.weights
+            slopes = np.broadcast_to(self.weights, log_t.shape).copy()
+            gradient = np.zeros(at.information.matrix.shape)
+            for weight, criterion in self.terms.smooth:
+                value = value + weight * self.problem.loss_of(at.information, criterion)
+                gradient = gradient + weight * self.problem.gradient_of(at.information, criterion)
+            members = going[index]
+            singular = at.information.singular
+            with np.errstate(invalid="ignore", over="ignore"):
+                for k, ceiling in enumerate(self.ceilings):
+                    more, by_matrix, slope, _ = ceiling.hold(
+                        at.information, log_t[:, k], self.multipliers[k][members], self.penalty[members]
+                    )
+                    value, gradient = value + more, gradient + by_matrix
+                    slopes[:, k] += slope
+            value = np.where(singular, np.inf, value)
+            gradient = np.where(singular[:, None, None], 0.0, gradient)
+            by_angle = at.pull(gradient).reshape(len(x), -1)
+            return value, np.concatenate([by_angle, slopes], axis=-1)
+
+        minima = minimize_stack(
+            objective, self.x[going], self.lower, self.upper, tolerance=tolerance, iterations=iterations
+        )
+        self.x[going] = minima.x
+
+    def _value_and_update(self, information: Information, going: np.ndarray) -> Array:
+        """The loss with log t in the place of the maxima; moves the multipliers on."""
+        log_t = self.x[going, self.angles :]
+        value = log_t @ self.weights
+        for weight, criterion in self.terms.smooth:
+            value = value + weight * self.problem.loss_of(information, criterion)
+        for k, ceiling in enumerate(self.ceilings):
+            *_, following = ceiling.hold(information, log_t[:, k], self.multipliers[k][going], self.penalty[going])
+            self.multipliers[k][going] = following
+        return np.asarray(value)

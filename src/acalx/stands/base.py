@@ -1,0 +1,178 @@
+"""The interface of a stand: what turns the sensor, and within which limits."""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+
+import numpy as np
+
+from acalx.arrays import Array
+from acalx.errors import ArgumentError, CompatibilityError
+from acalx.stimulus import Stimulus
+
+__all__ = ["Setting", "Stand"]
+
+_TURN = 2.0 * math.pi
+# Relative slack when comparing angles that went through degrees and back.
+_SLACK = 1e-9
+
+
+@dataclass(frozen=True)
+class Setting:
+    """One adjustable angle of a stand.
+
+    Parameters
+    ----------
+    name : str
+        Its name; files and the command line add the unit, ``alpha1`` is ``alpha1_deg`` there.
+    lower, upper : float, in rad
+        Limits, both allowed.
+    step : float, in rad, optional
+        Resolution: the angle stops at whole multiples of it only. None: anywhere.
+    periodic : bool
+        Whether a full turn more is the same position.
+    """
+
+    name: str
+    lower: float
+    upper: float
+    step: float | None = None
+    periodic: bool = True
+
+    def __post_init__(self) -> None:
+        limits = f"[{math.degrees(self.lower):g}, {math.degrees(self.upper):g}]"
+        if not (math.isfinite(self.lower) and math.isfinite(self.upper)):
+            raise ArgumentError(f"{self.name}_deg={limits}: bounds must be finite numbers of degrees")
+        if self.lower >= self.upper:
+            raise ArgumentError(f"{self.name}_deg={limits}: the lower bound must be below the upper one")
+        if self.periodic and self.upper - self.lower > _TURN * (1 + _SLACK):
+            raise ArgumentError(f"{self.name}_deg={limits}: a periodic angle spans 360 degrees at most")
+        if self.step is not None:
+            if not (math.isfinite(self.step) and self.step > 0):
+                raise ArgumentError(
+                    f"step_deg={math.degrees(self.step):g}: a step must be a positive number of degrees"
+                )
+            if not self.full_turn and math.floor(self._last) < math.ceil(self._first):
+                raise ArgumentError(
+                    f"{self.name}_deg={limits} holds no multiple of the step of {math.degrees(self.step):g} degrees"
+                )
+
+    @property
+    def full_turn(self) -> bool:
+        """Whether every angle can be set, so that the limits are no limits."""
+        return self.periodic and self.upper - self.lower >= _TURN * (1 - _SLACK)
+
+    @property
+    def _first(self) -> float:
+        assert self.step is not None
+        return self.lower / self.step * (1 - math.copysign(_SLACK, self.lower))
+
+    @property
+    def _last(self) -> float:
+        assert self.step is not None
+        return self.upper / self.step * (1 + math.copysign(_SLACK, self.upper))
+
+    def stops(self) -> Array:
+        """All the angles of a stepped setting, in rad, ascending."""
+        if self.step is None:
+            raise CompatibilityError(f"{self.name} has no steps: it stops anywhere")
+        stops = np.arange(math.ceil(self._first), math.floor(self._last) + 1) * self.step
+        if self.full_turn and len(stops) > 1:
+            stops = stops[stops < stops[0] + _TURN * (1 - _SLACK)]
+        return np.clip(stops, self.lower, self.upper)
+
+    def wrap(self, angles: Array) -> Array:
+        """The same positions with whole turns taken off, inside the limits where that is possible."""
+        if not self.periodic:
+            return angles
+        middle = 0.5 * (self.lower + self.upper)
+        wrapped = np.where(
+            (angles < self.lower) | (angles > self.upper),
+            angles - _TURN * np.round((angles - middle) / _TURN),
+            angles,
+        )
+        return np.clip(wrapped, self.lower, self.upper) if self.full_turn else wrapped
+
+    def allows(self, angles: Array, tolerance: float = 1e-9) -> np.ndarray:
+        """Whether angles are within the limits and on a step, within a tolerance in rad."""
+        wrapped = self.wrap(angles)
+        inside = (wrapped >= self.lower - tolerance) & (wrapped <= self.upper + tolerance)
+        if self.step is None:
+            return inside
+        return np.asarray(inside & (np.abs(wrapped - self.step * np.round(wrapped / self.step)) <= tolerance))
+
+
+class Stand(ABC):
+    """What turns the sensor: settings in, stimulus out.
+
+    A new stand gives `settings` and `stimulus`; the derivative is then numerical until it is
+    given exactly. Concrete stands are frozen dataclasses.
+    """
+
+    @property
+    @abstractmethod
+    def settings(self) -> tuple[Setting, ...]:
+        """The d angles that set a position, with their limits."""
+
+    @abstractmethod
+    def stimulus(self, settings: Array) -> Stimulus:
+        """What the sensor feels: settings (..., n, d) in rad to arrays (..., n, 3)."""
+
+    def derivative(self, settings: Array) -> Stimulus:
+        """Derivatives of the stimulus with respect to the settings, arrays (..., n, 3, d).
+
+        The default differentiates `stimulus` numerically, by central differences.
+        """
+        step = 1e-5
+        columns: dict[str, list[Array]] = {}
+        for k in range(settings.shape[-1]):
+            shift = np.zeros(settings.shape[-1])
+            shift[k] = step
+            above, below = self.stimulus(settings + shift), self.stimulus(settings - shift)
+            for (name, plus), (_, minus) in zip(above.quantities(), below.quantities(), strict=True):
+                columns.setdefault(name, []).append((plus - minus) / (2 * step))
+        return Stimulus(**{name: np.stack(arrays, axis=-1) for name, arrays in columns.items()})
+
+    def aim(self, directions: Array) -> Array:
+        """Settings (..., n, d) that bring the vertical to these directions (..., n, 3) of the sensor.
+
+        Raises
+        ------
+        CompatibilityError
+            Where the stand does not say how; the default.
+        """
+        raise CompatibilityError(f"{type(self).__name__} can't be aimed at directions: give its angles instead")
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the settings."""
+        return tuple(setting.name for setting in self.settings)
+
+    @property
+    def bounds(self) -> Array:
+        """Lower and upper limits of the settings, (d, 2) in rad."""
+        return np.array([(setting.lower, setting.upper) for setting in self.settings])
+
+    @property
+    def stepped(self) -> bool:
+        """Whether any of the settings stops at steps only."""
+        return any(setting.step is not None for setting in self.settings)
+
+    def wrap(self, settings: Array) -> Array:
+        """The same positions with whole turns taken off."""
+        return np.stack([s.wrap(settings[..., k]) for k, s in enumerate(self.settings)], axis=-1)
+
+    def allows(self, settings: Array, tolerance: float = 1e-9) -> np.ndarray:
+        """Which positions (..., n) the stand can take, within a tolerance in rad."""
+        each = [s.allows(settings[..., k], tolerance) for k, s in enumerate(self.settings)]
+        return np.asarray(np.logical_and.reduce(each))
+
+    def random(self, rng: np.random.Generator, shape: tuple[int, ...]) -> Array:
+        """Random positions, each setting uniform over its limits or stops: (*shape, d) in rad."""
+        columns = [
+            rng.uniform(s.lower, s.upper, shape) if s.step is None else rng.choice(s.stops(), shape)
+            for s in self.settings
+        ]
+        return np.stack(columns, axis=-1)

@@ -1,0 +1,36 @@
+"""What a sensor feels in a position."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, fields
+
+from acalx.arrays import Array
+
+__all__ = ["Stimulus"]
+
+
+@dataclass(frozen=True)
+class Stimulus:
+    """Specific force and angular rate at the sensor, in sensor axes, for stacks of programs.
+
+    A stand makes it from its settings, a model reads it; a quantity that a stand does not
+    provide is ``None``. The same class carries derivatives: there each array has further
+    axes behind those given here.
+
+    Parameters
+    ----------
+    specific_force : array (..., n, 3), in g
+        At rest this is the unit vector of the vertical.
+    angular_rate : array (..., n, 3), in units of the Earth's rate, optional
+    """
+
+    specific_force: Array | None = None
+    angular_rate: Array | None = None
+
+    def quantities(self) -> Iterator[tuple[str, Array]]:
+        """Names and arrays of the quantities that are there."""
+        for field in fields(self):
+            value = getattr(self, field.name)
+            if value is not None:
+                yield field.name, value
