@@ -20,6 +20,9 @@ __all__ = ["Information", "Parameter", "parameter_groups"]
 _PIVOT_TOLERANCE = 1e-13
 _LARGEST_INFLATION = 1e13
 _EIGENVALUE_TOLERANCE = 1e-13
+# A diagonal entry so much smaller than the largest is the square of rounding errors: no
+# measurement shows the parameter at all.
+_ROUNDING = 1e-28
 # From this many matrices on, elimination along the stack beats one LAPACK call a matrix.
 _LARGE_STACK = 32
 
@@ -110,10 +113,12 @@ class Information:
                 root = np.linalg.inv(np.linalg.cholesky(self.matrix))
             except np.linalg.LinAlgError:
                 root = _inverse_roots(self.matrix)
+        diagonal = self.matrix.diagonal(axis1=-2, axis2=-1)
+        shown = diagonal > _ROUNDING * diagonal.max(axis=-1, keepdims=True)
         # variance of a parameter with the others unknown, over that with the others known
         with np.errstate(invalid="ignore"):  # inf times zero is nan, which compares as it should
-            inflation = np.einsum("...ki,...ki->...i", root, root) * self.matrix.diagonal(axis1=-2, axis2=-1)
-        regular = (inflation < _LARGEST_INFLATION).all(axis=-1)
+            inflation = np.einsum("...ki,...ki->...i", root, root) * diagonal
+        regular = (shown & (inflation < _LARGEST_INFLATION)).all(axis=-1)
         return root if regular.all() else np.where(regular[..., None, None], root, np.inf)
 
     @cached_property
@@ -144,7 +149,7 @@ class Information:
     @cached_property
     def eigenvalues(self) -> Array:
         """Eigenvalues of M, ascending, shape (..., p)."""
-        return np.linalg.eigvalsh(self.matrix)
+        return np.asarray(np.linalg.eigvalsh(self.matrix), dtype=float)
 
     @property
     def variances(self) -> Array:
@@ -162,7 +167,7 @@ class Information:
         singular = self.singular[..., None]
         deviations = np.where(singular, 1.0, self.standard_deviations)
         covariance = np.where(singular[..., None], np.nan, self.covariance)
-        return covariance / (deviations[..., :, None] * deviations[..., None, :])
+        return np.asarray(covariance / (deviations[..., :, None] * deviations[..., None, :]))
 
     @property
     def condition_number(self) -> Array:
@@ -176,7 +181,7 @@ class Information:
 
         Source: Egorov, Kiryachenko, Popov (2021).
         """
-        return np.sqrt(self.variances[..., self.group(group)].max(axis=-1))
+        return np.asarray(np.sqrt(self.variances[..., self.group(group)].max(axis=-1)))
 
     def inequality(self, group: str) -> Array:
         """(max - min) / max of the standard deviations of a group, shape (...), 0 to 1.
@@ -186,7 +191,7 @@ class Information:
         """
         variances = self.variances[..., self.group(group)]
         ratio = np.where(self.singular, np.nan, variances.min(axis=-1)) / variances.max(axis=-1)
-        return 1.0 - np.sqrt(ratio)
+        return np.asarray(1.0 - np.sqrt(ratio))
 
     def inestimable(self) -> list[str]:
         """Combinations of the parameters that this one program can't see, as readable sums.
@@ -194,9 +199,13 @@ class Information:
         Adding any multiple of such a combination to the true parameters changes no measurement.
         The list is empty where all the parameters can be estimated.
         """
-        scale = np.sqrt(self.matrix.diagonal())
-        scale = np.where(scale > 0, scale, 1.0)
-        values, vectors = np.linalg.eigh(self.matrix / np.outer(scale, scale))
+        if not self.singular:
+            return []
+        diagonal = self.matrix.diagonal()
+        shown = diagonal > _ROUNDING * max(diagonal.max(), np.finfo(float).tiny)
+        scale = np.where(shown, np.sqrt(diagonal), 1.0)
+        scaled = np.where(np.outer(shown, shown), self.matrix, 0.0) / np.outer(scale, scale)
+        values, vectors = np.linalg.eigh(scaled)
         null_space = (vectors[:, values < _EIGENVALUE_TOLERANCE * max(values[-1], 1e-300)] / scale[:, None]).T
         return [_as_sum(row, self.parameters) for row in _row_reduced(null_space)]
 
@@ -235,7 +244,7 @@ def _row_reduced(rows: Array) -> Array:
     """Reduced row echelon form with full pivoting, which makes a null space readable."""
     rows = rows.copy()
     for k in range(len(rows)):
-        i, j = np.unravel_index(np.abs(rows[k:]).argmax(), rows[k:].shape)
+        i, j = divmod(int(np.abs(rows[k:]).argmax()), rows.shape[1])
         rows[[k, k + i]] = rows[[k + i, k]]
         rows[k] /= rows[k, j]
         others = np.arange(len(rows)) != k
@@ -252,4 +261,4 @@ def _as_sum(coefficients: Array, parameters: tuple[Parameter, ...]) -> str:
         factor = "" if abs(size - 1) < 1e-6 else f"{size:.4g} "
         sign = " - " if coefficient < 0 else " + "
         text += f"{sign}{factor}{parameter.name}"
-    return text.removeprefix(" + ").replace(" - ", "-", 1) if text.startswith(" - ") else text.removeprefix(" + ")
+    return text.removeprefix(" + ") if text.startswith(" + ") else text.replace(" - ", "-", 1)

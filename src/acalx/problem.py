@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import numbers
 import traceback
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -72,8 +71,7 @@ class Problem:
 
     def information(self, settings: Array) -> Information:
         """Information of programs: settings (..., n, d) in rad to matrices (..., p, p)."""
-        regressors = self.model.regressors(self.stand.stimulus(settings))
-        return Information.from_regressors(regressors, self.model.parameters)
+        return self.model.information(self.stand.stimulus(settings))
 
     def loss(self, settings: Array) -> Array:
         """Loss of programs, +inf where singular: settings (..., n, d) in rad to (...).
@@ -184,12 +182,13 @@ class Linearization:
 
 def _check_n(n: int, model: Model) -> None:
     name, p, least = type(model).__name__, len(model.parameters), model.smallest_n
-    if not isinstance(n, numbers.Integral) or isinstance(n, bool):
+    if not isinstance(n, int) or isinstance(n, bool):
         raise ArgumentError(f"n={n}: the number of positions must be a whole number, such as n={2 * least}")
     if n < least:
         raise ArgumentError(f"n={n}: the {p} parameters of {name} need {least} positions or more")
-    # the rows and their derivatives, a few times over
-    need = int(n) * model.outputs * p * 8 * 16
+    # the rows and their derivatives, for several programs at a time
+    each = model.outputs * p * 8 * 128
+    need = n * each
     if need > _MEMORY_LIMIT_BYTES:
-        most = _MEMORY_LIMIT_BYTES // (model.outputs * p * 8 * 16)
+        most = _MEMORY_LIMIT_BYTES // each
         raise ArgumentError(f"n={n}: would take about {need / 2**30:.0f} GB of memory; n={most} is the most")

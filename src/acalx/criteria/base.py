@@ -53,7 +53,9 @@ class Criterion(ABC):
         whitened = np.eye(p) + steps[:, None, None, None] * directions
         factor = factor[..., None, None, :, :]
         losses = self.loss(Information(factor @ whitened @ factor.swapaxes(-1, -2), information.parameters))
-        slopes = np.einsum("s,...sk->...k", weights, losses)
+        # within a step of a singular matrix there is no gradient to be had: zero, as at one
+        near = np.isposinf(losses).any(axis=(-2, -1))
+        slopes = (weights[:, None] * np.where(near[..., None, None], 0.0, losses)).sum(axis=-2)
         gradient = np.zeros(information.matrix.shape)
         gradient[..., rows, columns] = slopes
         gradient[..., columns, rows] = slopes

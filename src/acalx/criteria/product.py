@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import final
 
@@ -42,9 +42,11 @@ class Product(Criterion):
     exponents: Sequence[float] | None = None
 
     def __post_init__(self) -> None:
-        criteria = tuple(self.criteria)
+        criteria = tuple(self.criteria) if isinstance(self.criteria, Iterable) else ()
         if not criteria or not all(isinstance(criterion, Criterion) for criterion in criteria):
-            raise ArgumentError(f"criteria={list(criteria)}: a product takes a list of one or more criteria")
+            raise ArgumentError(f"criteria={self.criteria}: a product takes a list of one or more criteria")
+        if not isinstance(self.exponents, Iterable | None):
+            raise ArgumentError(f"exponents={self.exponents}: a product takes a list of exponents, one a criterion")
         exponents = (1.0,) * len(criteria) if self.exponents is None else tuple(self.exponents)
         if len(exponents) != len(criteria):
             raise ArgumentError(f"a product of {len(criteria)} criteria takes as many exponents, got {len(exponents)}")

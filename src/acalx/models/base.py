@@ -9,7 +9,7 @@ import numpy as np
 
 from acalx.arrays import Array
 from acalx.errors import CompatibilityError
-from acalx.information import Parameter
+from acalx.information import Information, Parameter
 from acalx.stimulus import Stimulus
 
 __all__ = ["Model"]
@@ -45,6 +45,10 @@ class Model(ABC):
     @abstractmethod
     def regressors(self, stimulus: Stimulus) -> Array:
         """Rows h of H, (..., n, m, p), each divided by the noise standard deviation of its output."""
+
+    def information(self, stimulus: Stimulus) -> Information:
+        """Information of programs, matrices (..., p, p)."""
+        return Information.from_regressors(self.regressors(stimulus), self.parameters)
 
     def derivative(self, stimulus: Stimulus) -> Stimulus:
         """Derivatives of the regressors with respect to the stimulus, arrays (..., n, m, p, 3).

@@ -101,10 +101,9 @@ class Account:
     def keep(self, settings: Array, losses: Array) -> None:
         """Keep the best of programs (s, n, d) that are counted already."""
         k = int(losses.argmin())
-        if self.best is None or losses[k] < self.best.loss:
-            if np.isfinite(losses[k]):
-                self.best = Solution(settings[k].copy(), float(losses[k]))
-                self.history.append((self.evaluations, self.seconds, self.best.loss))
+        if np.isfinite(losses[k]) and (self.best is None or losses[k] < self.best.loss):
+            self.best = Solution(settings[k].copy(), float(losses[k]))
+            self.history.append((self.evaluations, self.seconds, self.best.loss))
         if self.watch is not None:
             self.watch(self)
 

@@ -42,8 +42,8 @@ class Curvature(ABC):
         size = np.abs(gradient).max(axis=1, keepdims=True)
         first = gradient * (0.1 / np.maximum(size, 0.1))
         if not self.known.any():
-            return -first
-        return -np.where(self.known[:, None], self.apply(gradient), first)
+            return np.asarray(-first)
+        return np.asarray(-np.where(self.known[:, None], self.apply(gradient), first))
 
     def forget(self, which: np.ndarray) -> None:
         """Begin afresh for some members of the stack."""

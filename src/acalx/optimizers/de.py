@@ -22,11 +22,8 @@ __all__ = ["DifferentialEvolution"]
 # not yet drawn together around one minimum.
 _YOUNG = 5
 
-_STRATEGIES = tuple(
-    f"{base}1{crossover}"
-    for base in ("best", "rand", "randtobest", "currenttobest")
-    for crossover in ("bin", "exp")
-) + ("best2bin", "best2exp", "rand2bin", "rand2exp")  # fmt: skip
+_BASES = ("best1", "rand1", "randtobest1", "currenttobest1", "best2", "rand2")
+_STRATEGIES = tuple(base + crossover for base in _BASES for crossover in ("bin", "exp"))
 
 
 @final
@@ -129,7 +126,7 @@ class DifferentialEvolution(Optimizer):
         if self.polish and not polish:
             message += "; no polish, since the stand has steps"
         solutions = distinct_solutions(problem, settings, losses, self.agreement)
-        gain = float(raw.min() - losses.min()) if polish else None
+        gain = float(raw.min() - losses.min()) if polish and np.isfinite(raw.min()) else None
         return Result(status, message, solutions, account.evaluations, account.seconds, account.history, gain)
 
     def _evolve(

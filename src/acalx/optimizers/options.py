@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import numbers
 
 from acalx.errors import ArgumentError
 
@@ -12,11 +11,11 @@ __all__ = ["require_count", "require_positive"]
 
 def require_count(name: str, value: object) -> None:
     """Raise ArgumentError unless the option is a whole number of at least 1."""
-    if not isinstance(value, numbers.Integral) or isinstance(value, bool) or value < 1:
+    if not isinstance(value, int) or isinstance(value, bool) or value < 1:
         raise ArgumentError(f"{name}={value}: must be a whole number of at least 1")
 
 
 def require_positive(name: str, value: object) -> None:
     """Raise ArgumentError unless the option is a positive finite number."""
-    if not isinstance(value, numbers.Real) or isinstance(value, bool) or not 0 < value < math.inf:
+    if not isinstance(value, (int, float)) or isinstance(value, bool) or not 0 < value < math.inf:
         raise ArgumentError(f"{name}={value}: must be a positive number")

@@ -42,6 +42,11 @@ class Setting:
     periodic: bool = True
 
     def __post_init__(self) -> None:
+        for name, value in (("lower", self.lower), ("upper", self.upper), ("step", self.step or 0.0)):
+            if not isinstance(value, (int, float)):
+                raise ArgumentError(f"{self.name}: {name}={value!r}: must be a number, in rad")
+        if not isinstance(self.periodic, bool):
+            raise ArgumentError(f"{self.name}: periodic={self.periodic!r}: must be true or false")
         limits = f"[{math.degrees(self.lower):g}, {math.degrees(self.upper):g}]"
         if not (math.isfinite(self.lower) and math.isfinite(self.upper)):
             raise ArgumentError(f"{self.name}_deg={limits}: bounds must be finite numbers of degrees")

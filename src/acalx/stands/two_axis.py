@@ -60,7 +60,7 @@ class TwoAxis(Stand):
         _ = self.settings  # built once here so that bad limits are refused at construction
 
     @cached_property
-    def settings(self) -> tuple[Setting, ...]:  # type: ignore[override]
+    def settings(self) -> tuple[Setting, ...]:
         """The two angles, alpha1 and alpha2."""
         step = None if self.step_deg is None else math.radians(self.step_deg)
         return tuple(
@@ -86,6 +86,7 @@ class TwoAxis(Stand):
         """Settings for directions of the vertical in sensor axes, the pair that the limits allow."""
         x, y, z = np.moveaxis(directions, -1, 0)
         first = np.stack([np.arcsin(np.clip(x, -1.0, 1.0)), np.arctan2(y, z)], axis=-1)
+        first = np.where(np.abs(first) < 1e-15, 0.0, first)  # not a turn less a rounding error
         second = np.stack([math.pi - first[..., 0], first[..., 1] + math.pi], axis=-1)
         first, second = self.wrap(first), self.wrap(second)
         use_second = self.allows(second) & ~self.allows(first)

@@ -1,0 +1,67 @@
+"""Figures of merit of a program, all of them whatever was optimized, and what to compare it with."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from acalx.errors import CompatibilityError
+from acalx.information import Information
+from acalx.problem import Problem
+from acalx.programs import Program, published
+
+__all__ = ["best_published", "figures_of_merit"]
+
+
+def figures_of_merit(information: Information) -> dict[str, Any]:
+    """D, A, E, theta, inequality and what else is reported for one program.
+
+    All figures are in units of the noise: multiply standard deviations by that of the noise,
+    A and E by its square. Where the program is singular they are inf, or nan where they have no
+    meaning.
+
+    Parameters
+    ----------
+    information : Information
+        With one matrix (p, p).
+
+    Returns
+    -------
+    dict
+        ``D`` = det K, ``A`` = tr K, ``E`` = largest eigenvalue of K; ``theta`` and
+        ``inequality`` (a fraction, not percent) by group; ``standard_deviations`` by
+        parameter; ``correlations``, a (p, p) list in the order of the parameters;
+        ``condition_number`` of the information matrix.
+    """
+    singular = bool(information.singular)
+    smallest = float(information.eigenvalues[0])
+    return {
+        "D": float(np.exp(-information.log_det)),
+        "A": float(information.variances.sum()),
+        "E": np.inf if singular else 1.0 / smallest,
+        "theta": {group: float(information.theta(group)) for group in information.groups},
+        "inequality": {group: float(information.inequality(group)) for group in information.groups},
+        "standard_deviations": {
+            parameter.name: float(deviation)
+            for parameter, deviation in zip(information.parameters, information.standard_deviations, strict=True)
+        },
+        "correlations": information.correlations.tolist(),
+        "condition_number": float(information.condition_number),
+    }
+
+
+def best_published(problem: Problem) -> Program | None:
+    """The best published program of as many positions, by the problem's criterion."""
+    ranked: list[tuple[float, Program]] = []
+    for program in published().values():
+        if program.n != problem.n:
+            continue
+        try:
+            settings = program.settings_for(problem.stand)
+        except CompatibilityError:
+            continue  # a program for another stand is nothing to compare with
+        loss = float(problem.loss(settings))
+        if np.isfinite(loss):
+            ranked.append((loss, program))
+    return min(ranked, key=lambda pair: pair[0])[1] if ranked else None

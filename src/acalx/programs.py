@@ -1,0 +1,360 @@
+"""Calibration programs by name and from files."""
+
+from __future__ import annotations
+
+import csv
+import difflib
+import io
+import math
+import os
+import stat
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Protocol, final
+
+import numpy as np
+
+from acalx.arrays import Array
+from acalx.errors import CompatibilityError, ProgramError
+from acalx.published import PUBLISHED
+
+__all__ = ["Program", "find_program", "published", "read_program"]
+
+# Cosines printed with three decimals are this far from a unit vector at most.
+_UNIT_TOLERANCE = 1e-3
+_MOST_POSITIONS = 1_000_000
+_MOST_BYTES = 2**28
+_COSINES = (("eta_x", "eta_y", "eta_z"), ("x", "y", "z"))
+_IGNORED = ("position", "label", "comment")
+_COLUMNS = (
+    "a header names angles in degrees, as in 'alpha1_deg,alpha2_deg', or the vertical in sensor axes, "
+    f"'eta_x,eta_y,eta_z' or 'x,y,z'; {', '.join(_IGNORED)} are allowed and not read"
+)
+
+
+class _Stand(Protocol):
+    """What a program asks of an `acalx.stands.Stand`."""
+
+    @property
+    def names(self) -> tuple[str, ...]: ...
+
+    def aim(self, directions: Array) -> Array: ...
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Program:
+    """n positions of a sensor, as angles of a stand or as directions of the vertical.
+
+    Parameters
+    ----------
+    name : str
+        What `find_program` takes to give it again.
+    title : str
+        One line for a table.
+    source : str
+        Who printed it, or the file that it was read from.
+    settings : array (n, d), rad, optional
+        Angles of a stand. Either these or the directions are given.
+    settings_names : tuple of str, length d
+        Names of the stand's angles, without a unit.
+    directions : array (n, 3), optional
+        Unit vectors of the vertical in sensor axes. Lengths within 0.1 % of 1, as of
+        rounded cosines, are made 1.
+
+    Raises
+    ------
+    ProgramError
+        Both or neither of them, a wrong shape, numbers that are not finite, vectors whose
+        length is not 1.
+    """
+
+    name: str
+    title: str
+    source: str
+    settings: Array | None = None
+    settings_names: tuple[str, ...] = ()
+    directions: Array | None = None
+
+    def __post_init__(self) -> None:
+        if (self.settings is None) == (self.directions is None):
+            raise ProgramError(f"program {self.name}: give either settings or directions")
+        if self.settings is not None:
+            object.__setattr__(
+                self, "settings", _finite(self.name, "settings", self.settings, len(self.settings_names))
+            )
+        if self.directions is not None:
+            directions = _finite(self.name, "directions", self.directions, 3)
+            lengths = _lengths(directions)
+            if (k := _first_not_unit(lengths)) is not None:
+                raise ProgramError(
+                    f"program {self.name}, position {k + 1}: a direction of length {lengths[k]:.6g}, expected 1"
+                )
+            object.__setattr__(self, "directions", directions / lengths[:, None])
+
+    @property
+    def n(self) -> int:
+        """Number of positions."""
+        positions = self.directions if self.settings is None else self.settings
+        assert positions is not None  # refused at construction
+        return len(positions)
+
+    def settings_for(self, stand: _Stand) -> Array:
+        """Angles that put the sensor into the positions on this stand.
+
+        Angles come in the order of the stand's settings; directions are aimed at. Limits and
+        steps are not looked at: `Stand.allows` says which positions a stand can take.
+
+        Parameters
+        ----------
+        stand : Stand with d settings
+
+        Returns
+        -------
+        array (n, d), rad
+
+        Raises
+        ------
+        CompatibilityError
+            Angles of a stand with other settings, or directions for a stand that can't be
+            aimed; the message names the angles that the stand needs.
+        """
+        needed = ", ".join(f"{name}_deg" for name in stand.names)
+        if self.settings is None:
+            assert self.directions is not None  # refused at construction
+            try:
+                return stand.aim(self.directions)
+            except CompatibilityError as error:
+                raise CompatibilityError(
+                    f"program {self.name} gives directions of the vertical, "
+                    f"but stand {type(stand).__name__} needs angles, {needed} ({error})"
+                ) from error
+        if set(self.settings_names) != set(stand.names):
+            given = ", ".join(f"{name}_deg" for name in self.settings_names)
+            raise CompatibilityError(
+                f"program {self.name} gives {given}, but stand {type(stand).__name__} needs {needed}"
+            )
+        return self.settings[:, [self.settings_names.index(name) for name in stand.names]]
+
+
+def published() -> dict[str, Program]:
+    """All published and classical programs by name.
+
+    Examples
+    --------
+    >>> published()["icosahedron_12"].n
+    12
+    """
+    return {name: _publish(name) for name in PUBLISHED}
+
+
+def find_program(name_or_path: str) -> Program:
+    """Give a published program by its name, or read the one in a file.
+
+    Parameters
+    ----------
+    name_or_path : str
+        A name of `published`, else the path of a file for `read_program`.
+
+    Raises
+    ------
+    ProgramError
+        Neither of them, with suggestions; a file that can't be used.
+
+    Examples
+    --------
+    >>> find_program("axes_and_edges_9").title
+    '6 faces and 3 edge midpoints of a cube'
+    """
+    if name_or_path in PUBLISHED:
+        return _publish(name_or_path)
+    path = os.path.expanduser(name_or_path)
+    if os.path.basename(path) != path or path.lower().endswith(".csv") or os.path.exists(path):
+        return read_program(path)
+    asked = name_or_path.strip().lower()
+    close = [name for name in PUBLISHED if asked and asked in name] or difflib.get_close_matches(asked, PUBLISHED)
+    raise ProgramError(
+        f"no program {name_or_path!r}{_did_you_mean(close)}; the programs are {', '.join(PUBLISHED)}, "
+        "or give the path of a CSV file"
+    )
+
+
+def read_program(path: str | os.PathLike[str]) -> Program:
+    """Read a program from a CSV file, one position a row.
+
+    The header names either the angles of a stand in degrees, ``<setting>_deg`` for each
+    setting, or the direction cosines of the vertical in sensor axes, ``eta_x, eta_y, eta_z``
+    or ``x, y, z``, in any order. Where both are there, as in the ``program.csv`` that acalx
+    writes, angles count and cosines are not read. Columns ``position``, ``label`` and
+    ``comment`` may be there and are not read; any other name is refused, so that a misspelt
+    one does not go unnoticed.
+
+    Fields are separated by commas, semicolons or tabs, numbers have a decimal point. Lines
+    that start with ``#`` and empty ones are skipped. The text is UTF-8.
+
+    Parameters
+    ----------
+    path : str or path
+
+    Raises
+    ------
+    ProgramError
+        Anything else, with the file, the row as an editor counts it, the column, and what
+        would be right.
+    """
+    path = Path(path)
+    (header_row, header), *body = _rows(path)
+    columns = _columns(f"{path}, row {header_row}", header)
+    if not body:
+        raise ProgramError(f"{path}: a header but no positions; write one a row below it")
+    indices = [header.index(name) for name in columns]
+    values = np.array([_values(path, row, fields, header, indices) for row, fields in body])
+    name = os.fspath(path)
+    title = f"{len(values)} positions from {path.name}"
+    if columns not in _COSINES:
+        names = tuple(column.removesuffix("_deg") for column in columns)
+        return Program(name, title, name, settings=np.radians(values), settings_names=names)
+    lengths = _lengths(values)
+    if (k := _first_not_unit(lengths)) is not None:
+        raise ProgramError(
+            f"{path}, row {body[k][0]}, columns {', '.join(columns)}: the length of the vector is "
+            f"{lengths[k]:.6g}; direction cosines must have length 1"
+        )
+    return Program(name, title, name, directions=values)
+
+
+def _publish(name: str) -> Program:
+    entry = PUBLISHED[name]
+    if entry.angles_deg is not None:
+        settings = np.radians(np.array(list(entry.angles_deg.values())).T)
+        return Program(name, entry.title, entry.source, settings=settings, settings_names=tuple(entry.angles_deg))
+    assert entry.directions is not None  # a publication has either
+    points = entry.directions()
+    return Program(name, entry.title, entry.source, directions=points / _lengths(points)[:, None])
+
+
+def _finite(name: str, what: str, values: Array, width: int) -> Array:
+    array = np.array(values, dtype=float)
+    if array.ndim != 2 or 0 in array.shape or array.shape[1] != width:
+        raise ProgramError(f"program {name}: {what} of shape {array.shape}, expected (n, {width})")
+    if not np.isfinite(array).all():
+        raise ProgramError(f"program {name}: {what} must be finite numbers")
+    return array
+
+
+def _lengths(vectors: Array) -> Array:
+    with np.errstate(over="ignore"):
+        return np.asarray(np.hypot(np.hypot(vectors[:, 0], vectors[:, 1]), vectors[:, 2]))
+
+
+def _first_not_unit(lengths: Array) -> int | None:
+    wrong = np.abs(lengths - 1.0) > _UNIT_TOLERANCE
+    return int(wrong.argmax()) if wrong.any() else None
+
+
+def _did_you_mean(close: Sequence[str]) -> str:
+    return f" (did you mean {' or '.join(close)}?)" if close else ""
+
+
+def _text(path: Path) -> str:
+    """The text of a file, anything that can go wrong as a ProgramError."""
+    try:
+        status = path.stat()
+        if stat.S_ISREG(status.st_mode) and status.st_size <= _MOST_BYTES:
+            return path.read_bytes().decode("utf-8-sig")
+    except FileNotFoundError:
+        folder = "" if path.is_absolute() else f" in {Path.cwd()}"
+        raise ProgramError(f"no file {path}{folder}") from None
+    except UnicodeDecodeError as error:
+        raise ProgramError(f"{path}: byte {error.start + 1} is not UTF-8 text; save it as CSV in UTF-8") from error
+    except (OSError, ValueError) as error:
+        reason = error.strerror if isinstance(error, OSError) else error
+        raise ProgramError(f"{path}: can't be read: {reason}") from error
+    if stat.S_ISDIR(status.st_mode):
+        raise ProgramError(f"{path}: is a directory; give a file, such as {path / 'program.csv'}")
+    if not stat.S_ISREG(status.st_mode):
+        raise ProgramError(f"{path}: is not an ordinary file; give a CSV file")
+    raise ProgramError(
+        f"{path}: {status.st_size / 2**20:.0f} MB is too large; a program has {_MOST_POSITIONS:,} positions or fewer"
+    )
+
+
+def _rows(path: Path) -> list[tuple[int, list[str]]]:
+    """Rows that hold something, header first, each with its number in the file."""
+    lines = ["" if line.lstrip().startswith("#") else line for line in io.StringIO(_text(path), newline=None)]
+    first = next((line for line in lines if line.strip()), None)
+    if first is None:
+        raise ProgramError(f"{path}: is empty; {_COLUMNS}")
+    delimiter = next((mark for mark in ";\t" if mark in first), ",")
+    reader = csv.reader(lines, delimiter=delimiter, skipinitialspace=True, strict=True)
+    rows = []
+    try:
+        for raw in reader:
+            fields = [field.strip() for field in raw]
+            if any(fields):
+                rows.append((reader.line_num, fields))
+            if len(rows) > _MOST_POSITIONS + 1:
+                raise ProgramError(f"{path}: more than {_MOST_POSITIONS:,} positions; a program has fewer")
+    except csv.Error as error:
+        raise ProgramError(f"{path}, row {reader.line_num}: {error}; write plain numbers without quotes") from error
+    return rows
+
+
+def _columns(where: str, header: list[str]) -> tuple[str, ...]:
+    """Names of the columns to read: all the angles, or else the three cosines."""
+    if all(_is_number(field.replace(",", ".")) for field in header):
+        raise ProgramError(f"{where}: numbers without a header above them; {_COLUMNS}")
+    known = (*_IGNORED, *_COSINES[0], *_COSINES[1])
+    for k, name in enumerate(header):
+        if not name:
+            raise ProgramError(f"{where}: column {k + 1} has no name; {_COLUMNS}")
+        if name in header[:k]:
+            raise ProgramError(f"{where}: column {name!r} is there twice; once is right")
+        if name not in known and not _is_angle(name):
+            close = difflib.get_close_matches(name.lower(), (*known, "alpha1_deg", "alpha2_deg"), n=1)
+            raise ProgramError(f"{where}: unknown column {name[:40]!r}{_did_you_mean(close)}; {_COLUMNS}")
+    angles = tuple(name for name in header if _is_angle(name))
+    if angles:
+        return angles
+    triads = [triad for triad in _COSINES if set(triad) & set(header)]
+    if not triads:
+        raise ProgramError(f"{where}: neither angles nor direction cosines; {_COLUMNS}")
+    if len(triads) > 1:
+        raise ProgramError(f"{where}: both eta_x, eta_y, eta_z and x, y, z; give one of them")
+    missing = [name for name in triads[0] if name not in header]
+    if missing:
+        raise ProgramError(f"{where}: no column {missing[0]}; direction cosines are {', '.join(triads[0])}")
+    return triads[0]
+
+
+def _is_angle(name: str) -> bool:
+    return name.endswith("_deg") and name.removesuffix("_deg").isidentifier()
+
+
+def _is_number(text: str) -> bool:
+    try:
+        return math.isfinite(float(text)) and "_" not in text
+    except ValueError:
+        return False
+
+
+def _values(path: Path, row: int, fields: list[str], header: list[str], indices: list[int]) -> list[float]:
+    if len(fields) != len(header):
+        hint = "; write decimal points, not commas" if len(fields) > len(header) else ""
+        raise ProgramError(
+            f"{path}, row {row}: number of fields {len(fields)}, "
+            f"expected {len(header)} as in the header, {', '.join(header)}{hint}"
+        )
+    for k in indices:
+        if not _is_number(fields[k]):
+            raise ProgramError(f"{path}, row {row}, column {header[k]}: {_fault(fields[k])}")
+    return [float(fields[k]) for k in indices]
+
+
+def _fault(text: str) -> str:
+    if not text:
+        return "empty, expected a number"
+    if _is_number(text.replace(",", ".", 1)):
+        return f"{text!r} has a decimal comma; write {text.replace(',', '.', 1)}"
+    return f"{text[:40]!r} is not a finite number; write one such as 22.2"

@@ -1,0 +1,161 @@
+"""The directory of one run, with its result written whole or not at all."""
+
+from __future__ import annotations
+
+import csv
+import json
+import os
+import platform
+import sys
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from datetime import UTC, datetime
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from acalx.arrays import Array
+from acalx.errors import ArgumentError
+from acalx.optimizers import Solution
+from acalx.stands import Stand
+
+__all__ = ["RunDirectory", "degrees", "versions"]
+
+_RESULT = "result.json"
+# What every result has, also that of a run that failed before it began.
+_ALWAYS = {"n": None, "seed": None, "metrics": None, "loss": None, "evaluations": 0, "seconds": 0.0}
+# Digits of an angle in degrees: finer than a double holds in rad, so that 45 stays 45.
+_DECIMALS = 12
+
+
+@dataclass(frozen=True)
+class RunDirectory:
+    """A directory that belongs to one run.
+
+    Parameters
+    ----------
+    path : Path
+        Made where it does not exist.
+    overrides : sequence of str
+        The command line of the run.
+
+    Raises
+    ------
+    ArgumentError
+        Where the directory can't be written or holds a run already.
+    """
+
+    path: Path
+    overrides: Sequence[str]
+    common: dict[str, Any] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        try:
+            self.path.mkdir(parents=True, exist_ok=True)
+            taken = (self.path / _RESULT).exists()
+            if not taken:
+                probe = self.path / f".{_RESULT}.{os.getpid()}"
+                probe.touch()
+                probe.unlink()
+        except OSError as error:
+            raise ArgumentError(
+                f"can't write to the output directory {self.path}: {error.strerror}; "
+                "choose another by hydra.run.dir=DIRECTORY"
+            ) from error
+        if taken:
+            raise ArgumentError(
+                f"the output directory {self.path} holds a run already, which is left as it is; "
+                "choose another by hydra.run.dir=DIRECTORY"
+            )
+
+    def remember(self, **entries: Any) -> None:
+        """Entries that every result of this run has, also a failure."""
+        self.common.update(entries)
+
+    def write_result(self, status: str, message: str, **entries: Any) -> None:
+        """Write result.json by atomic rename."""
+        result = {
+            "status": status,
+            "message": message,
+            **_ALWAYS,
+            **self.common,
+            **entries,
+            "time": datetime.now(UTC).isoformat(timespec="seconds"),
+            "versions": versions(),
+            "overrides": list(self.overrides),
+        }
+        text = json.dumps(_plain(result), indent=2, allow_nan=False)
+        part = self.path / f".{_RESULT}.{os.getpid()}"
+        part.write_text(text + "\n", encoding="utf-8")
+        part.replace(self.path / _RESULT)
+
+    def write_text(self, name: str, text: str) -> None:
+        """Write a file of text."""
+        (self.path / name).write_text(text, encoding="utf-8")
+
+    def write_program(self, stand: Stand, settings: Array) -> None:
+        """program.csv: angles in degrees and the unit vector of the vertical in sensor axes."""
+        self._write_table("program.csv", ["position", *_columns(stand)], _rows(stand, settings))
+
+    def write_alternatives(self, stand: Stand, solutions: Iterable[Solution]) -> None:
+        """alternatives.csv: all programs that are equally good, the best first."""
+        rows = [
+            [number, repr(solution.loss), *row]
+            for number, solution in enumerate(solutions, 1)
+            for row in _rows(stand, solution.settings)
+        ]
+        self._write_table("alternatives.csv", ["program", "loss", "position", *_columns(stand)], rows)
+
+    def write_history(self, history: Iterable[tuple[int, float, float]]) -> None:
+        """history.csv: the best loss against evaluations and seconds."""
+        rows = [[evaluations, f"{seconds:.6f}", repr(loss)] for evaluations, seconds, loss in history]
+        self._write_table("history.csv", ["evaluations", "seconds", "loss"], rows)
+
+    def _write_table(self, name: str, header: Sequence[str], rows: Iterable[Sequence[Any]]) -> None:
+        with (self.path / name).open("w", encoding="utf-8", newline="") as file:
+            writer = csv.writer(file, lineterminator="\n")
+            writer.writerow(header)
+            writer.writerows(rows)
+
+
+def degrees(settings: Array) -> Array:
+    """Angles in degrees, free of the rounding that the way through radians leaves."""
+    return np.asarray(np.round(np.degrees(settings), _DECIMALS) + 0.0)
+
+
+def versions() -> dict[str, str]:
+    """Versions of what a result depends on."""
+    names = ("acalx", "numpy", "scipy", "hydra-core")
+    found = {name: metadata.version(name) for name in names}
+    return {**found, "python": platform.python_version(), "platform": sys.platform}
+
+
+def _columns(stand: Stand) -> list[str]:
+    return [*(f"{name}_deg" for name in stand.names), "eta_x", "eta_y", "eta_z"]
+
+
+def _rows(stand: Stand, settings: Array) -> list[list[Any]]:
+    force = stand.stimulus(settings).specific_force
+    angles = degrees(settings).tolist()
+    directions = [[]] * len(angles) if force is None else (force + 0.0).tolist()
+    return [
+        [number, *map(repr, row), *map(repr, eta)]
+        for number, (row, eta) in enumerate(zip(angles, directions, strict=True), 1)
+    ]
+
+
+def _plain(value: Any) -> Any:
+    """The value as JSON has it: arrays as lists, what is not finite as null."""
+    if isinstance(value, Mapping):
+        return {str(key): _plain(entry) for key, entry in value.items()}
+    if isinstance(value, np.ndarray):
+        return _plain(value.tolist())
+    if isinstance(value, (list, tuple)):
+        return [_plain(entry) for entry in value]
+    if isinstance(value, np.generic):
+        return _plain(value.item())
+    if isinstance(value, float) and not np.isfinite(value):
+        return None
+    return value

@@ -1,0 +1,142 @@
+"""Figures of a run, as SVG and PNG.
+
+Matplotlib is imported only when a figure is drawn.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from acalx.arrays import Array
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+__all__ = ["draw_convergence", "draw_entries", "draw_positions", "new_figure", "save"]
+
+_INK, _PALE, _SERIES = "#1b2a41", "#b8c4d6", ("#c8553d", "#2a6f97", "#588157", "#8d6b94")
+_STYLE: dict[Any, Any] = {
+    "font.size": 10.0,
+    "axes.edgecolor": _INK,
+    "axes.labelcolor": _INK,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "text.color": _INK,
+    "xtick.color": _INK,
+    "ytick.color": _INK,
+    "svg.fonttype": "none",
+    "svg.hashsalt": "acalx",  # the same figure gives the same file
+}
+
+
+def new_figure(width: float, height: float, columns: int = 1) -> tuple[Figure, list[Axes]]:
+    """A figure with axes side by side, in inches; no window is ever opened."""
+    import matplotlib as mpl
+    from matplotlib.figure import Figure
+
+    with mpl.rc_context(_STYLE):
+        figure = Figure(figsize=(width, height), layout="constrained")
+        axes = figure.subplots(1, columns, squeeze=False)[0]
+    return figure, list(axes)
+
+
+def save(figure: Figure, directory: Path, name: str) -> None:
+    """Write a figure as SVG and PNG."""
+    import matplotlib as mpl
+
+    with mpl.rc_context(_STYLE):
+        figure.savefig(directory / f"{name}.svg", metadata={"Date": None})
+        figure.savefig(directory / f"{name}.png", dpi=150)
+
+
+def draw_positions(directions: Array, directory: Path, title: str) -> None:
+    """Directions of the vertical in sensor axes, (n, 3), on the two halves of the sphere.
+
+    Lambert's azimuthal equal-area projection: equal densities look equal everywhere.
+    """
+    figure, halves = new_figure(8.2, 4.6, columns=2)
+    upper = directions[:, 2] >= -1e-12
+    for axes, side, label in ((halves[0], 1.0, "z up"), (halves[1], -1.0, "z down")):
+        _draw_half(axes, side, label)
+        shown = upper if side > 0 else ~upper
+        points = _project(directions[shown], side)
+        axes.plot(points[:, 0], points[:, 1], "o", color=_SERIES[0], markersize=7 if len(directions) < 60 else 4)
+        if len(directions) <= 60:
+            numbers = np.flatnonzero(shown) + 1
+            for number, (x, y) in zip(numbers, points, strict=True):
+                axes.annotate(str(number), (x, y), xytext=(5, 4), textcoords="offset points", fontsize=9)
+    figure.suptitle(title)
+    save(figure, directory, "positions")
+
+
+def _draw_half(axes: Axes, side: float, label: str) -> None:
+    turn = np.linspace(0, 2 * np.pi, 361)
+    for tilt in (30, 60, 90):
+        circle = np.radians(tilt)
+        ring = np.stack(
+            [np.sin(circle) * np.cos(turn), np.sin(circle) * np.sin(turn), side * np.full_like(turn, np.cos(circle))],
+            -1,
+        )
+        x, y = _project(ring, side).T
+        axes.plot(x, y, color=_INK if tilt == 90 else _PALE, linewidth=1.2 if tilt == 90 else 0.6)
+    edge = np.sqrt(2.0)
+    axes.plot([-edge, edge], [0, 0], color=_PALE, linewidth=0.6)
+    axes.plot([0, 0], [-edge, edge], color=_PALE, linewidth=0.6)
+    axes.text(edge * 1.04, 0, "+x", va="center")
+    axes.text(0, edge * 1.05, "+y", ha="center")
+    axes.set_title(label, fontsize=10)
+    axes.set_aspect("equal")
+    axes.set_xlim(-1.62, 1.62)
+    axes.set_ylim(-1.55, 1.62)
+    axes.axis("off")
+
+
+def _project(directions: Array, side: float) -> Array:
+    """Equal-area projection of the half with z of the sign of `side`, seen with x to the right."""
+    height = np.clip(side * directions[:, 2], 0.0, 1.0)
+    return np.asarray(directions[:, :2] * np.sqrt(2.0 / (1.0 + height))[:, None])
+
+
+def draw_convergence(history: Sequence[tuple[int, float, float]], directory: Path) -> None:
+    """Best loss above the final one against evaluations, on logarithmic scales."""
+    figure, (axes,) = new_figure(6.0, 3.8)
+    evaluations = np.array([row[0] for row in history], dtype=float)
+    losses = np.array([row[2] for row in history])
+    above = losses - losses[-1]
+    shown = above > 0
+    if shown.any():
+        axes.loglog(evaluations[shown], above[shown], drawstyle="steps-post", color=_SERIES[1])
+    else:
+        axes.text(0.5, 0.5, "the first program was the best", transform=axes.transAxes, ha="center")
+    axes.set_xlabel("programs evaluated")
+    axes.set_ylabel("best loss so far, above the final one")
+    axes.set_title(f"final loss {losses[-1]:.6g}")
+    axes.grid(visible=True, color=_PALE, linewidth=0.4)
+    save(figure, directory, "convergence")
+
+
+def draw_entries(programs: Mapping[str, Array], directory: Path, name: str = "entries") -> None:
+    """Sorted entries of the regressor matrix H of one or several programs.
+
+    A program that uses all that a stand offers fills the range evenly; one of high symmetry
+    repeats values and has many zeros. After Figure 3 of Egorov, Kiryachenko, Popov (2021).
+
+    Parameters
+    ----------
+    programs : mapping
+        From a label to regressors, arrays of any shape.
+    """
+    figure, (axes,) = new_figure(6.0, 3.8)
+    for (label, regressors), color in zip(programs.items(), _SERIES, strict=False):
+        entries = np.sort(regressors.ravel())
+        axes.plot((np.arange(len(entries)) + 0.5) / len(entries), entries, ".", color=color, markersize=4, label=label)
+    axes.set_xlabel("share of the entries of H")
+    axes.set_ylabel("entry")
+    axes.grid(visible=True, color=_PALE, linewidth=0.4)
+    axes.legend(frameon=False)
+    save(figure, directory, name)

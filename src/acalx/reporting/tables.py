@@ -1,0 +1,74 @@
+"""Tables of text for the terminal and for pages."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from acalx.arrays import Array
+from acalx.stands import Stand
+
+__all__ = ["align", "figures_table", "markdown", "program_table"]
+
+
+def align(rows: Sequence[Sequence[str]]) -> str:
+    """Rows of cells as text, the first column to the left and the others to the right."""
+    widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
+    lines = []
+    for row in rows:
+        cells = [
+            cell.ljust(w) if k == 0 else cell.rjust(w) for k, (cell, w) in enumerate(zip(row, widths, strict=True))
+        ]
+        lines.append("  ".join(cells).rstrip())
+    return "\n".join(lines)
+
+
+def markdown(rows: Sequence[Sequence[str]]) -> str:
+    """Rows of cells as a Markdown table, the first row its head."""
+    head, *body = rows
+    lines = [head, ["---", *["---:"] * (len(head) - 1)], *body]
+    return "\n".join("| " + " | ".join(line) + " |" for line in lines)
+
+
+def program_table(stand: Stand, settings: Array, most: int = 60) -> str:
+    """Positions of a program with its angles in degrees and the vertical in sensor axes."""
+    force = stand.stimulus(settings).specific_force
+    rows = [["position", *(f"{name} deg" for name in stand.names)]]
+    if force is not None:
+        rows[0] += ["eta x", "eta y", "eta z"]
+    for k, angles in enumerate(np.degrees(settings)[:most]):
+        row = [str(k + 1), *(f"{angle + 0.0:.2f}" for angle in angles)]
+        if force is not None:
+            row += [f"{value:+.4f}" for value in np.round(force[k], 4) + 0.0]
+        rows.append(row)
+    text = align(rows)
+    if len(settings) > most:
+        text += f"\n... {len(settings) - most} more in program.csv"
+    return text
+
+
+def figures_table(columns: Mapping[str, Mapping[str, Any]]) -> list[list[str]]:
+    """Figures of merit (see `acalx.metrics`) of one or several programs side by side.
+
+    Parameters
+    ----------
+    columns : mapping
+        From the name of a program to its figures.
+
+    Returns
+    -------
+    list of rows of cells, the first row the head
+    """
+    first = next(iter(columns.values()))
+    rows = [["", *columns]]
+    for key in ("D", "A", "E"):
+        rows.append([key, *(f"{metrics[key]:.6g}" for metrics in columns.values())])
+    for group in first["theta"]:
+        rows.append([f"theta {group}", *(f"{metrics['theta'][group]:.4f}" for metrics in columns.values())])
+    for group in first["inequality"]:
+        cells = [f"{100 * metrics['inequality'][group] + 0.0:.3f} %" for metrics in columns.values()]
+        rows.append([f"inequality {group}", *cells])
+    rows.append(["condition number", *(f"{metrics['condition_number']:.4g}" for metrics in columns.values())])
+    return rows
