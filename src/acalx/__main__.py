@@ -25,7 +25,7 @@ def main() -> int:
     if arguments and arguments[0] in _COMMANDS:
         return _hand_over(arguments[0], arguments[1:])
     if arguments and (arguments[0] in ("-sc", "--shell-completion")):
-        return _hand_over("run", arguments)
+        return _hand_over("run", arguments, program="acalx")
     if arguments and arguments[0] == "--version":
         print(__version__)
         return 0
@@ -38,8 +38,8 @@ def main() -> int:
     return 0
 
 
-def _hand_over(command: str, arguments: list[str]) -> int:
-    sys.argv = [f"acalx {command}", *arguments]
+def _hand_over(command: str, arguments: list[str], program: str = "") -> int:
+    sys.argv = [program or f"acalx {command}", *arguments]
     status: int = importlib.import_module(f"acalx.{command}").main()
     return status
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import difflib
 import re
 from collections.abc import Iterable, Sequence
-from importlib.resources.abc import Traversable
 
 from hydra.errors import (
     ConfigCompositionException,
@@ -22,17 +21,26 @@ __all__ = ["explain", "suggestion"]
 _EXAMPLES = {"criterion._target_": "my_module.MyCriterion"}
 
 
-def explain(error: BaseException, overrides: Sequence[str] = ()) -> str:
-    """What was wrong and what would be right, in one line or two."""
+def explain(error: BaseException, overrides: Sequence[str] = (), config_name: str = "config") -> str:
+    """What was wrong and what would be right, in one line or two.
+
+    Parameters
+    ----------
+    error : exception
+    overrides : sequence of str
+        The command line.
+    config_name : str
+        Primary configuration of the entry point.
+    """
     for cause in _chain(error):
         if isinstance(cause, AcalxError):
             return str(cause)
     if isinstance(error, MissingConfigException) and error.options is not None and error.missing_cfg_file:
-        group, _, option = error.missing_cfg_file.rpartition("/")
+        group, option = _choice(error.missing_cfg_file, overrides)
         given = f"{group}={option}" if group else option
         return f"{given}: there is no such {group or 'configuration'}{suggestion(option, error.options)}"
     if isinstance(error, ConfigCompositionException):
-        return _composition(error, overrides)
+        return _composition(error, overrides, config_name)
     if isinstance(error, OverrideParseException):
         return f"can't read the argument {error.override!r}: {_first_line(error)}; it must be of the form key=value"
     if isinstance(error, InstantiationException):
@@ -53,12 +61,28 @@ def suggestion(given: str, known: Iterable[str]) -> str:
     return f"{hint} (there are: {', '.join(names)})" if names else hint
 
 
-def _composition(error: ConfigCompositionException, overrides: Sequence[str]) -> str:
+def _choice(file: str, overrides: Sequence[str]) -> tuple[str, str]:
+    """Group and option of a missing file, as they were given."""
+    for argument in overrides:
+        group, _, option = argument.lstrip("+").partition("=")
+        if file == f"{group}/{option}":
+            return group, option
+    group, _, option = file.rpartition("/")
+    return group, option
+
+
+def _composition(error: ConfigCompositionException, overrides: Sequence[str], config_name: str) -> str:
     """For an option that does not exist, or a value that an option does not take."""
     text = str(error)
     for cause in _chain(error):
         if isinstance(cause, ValidationError):
-            return f"{cause.full_key}: {_first_line(cause)}"
+            hint = "; must be true or false" if "valid bool" in str(cause) else ""
+            return f"{cause.full_key}: {_first_line(cause)}{hint}"
+    if text.startswith("Ambiguous value"):
+        return f"{_first_line(error)}: one value is right, or the switch -m for a run with each of them"
+    if text.startswith("Config group override must be"):
+        empty = [argument for argument in overrides if argument.endswith("=null")]
+        return f"{' '.join(empty)}: a group takes the name of one of its options, as in criterion=d"
     key = re.search(
         r"Could not (?:override|append to config|delete from config|find) '?([^'\n.]+(?:\.[^'\n]+)?)'", text
     )
@@ -66,30 +90,27 @@ def _composition(error: ConfigCompositionException, overrides: Sequence[str]) ->
         return _first_line(error)
     path = key.group(1).rstrip(".")
     parent, _, leaf = path.rpartition(".")
-    return f"{path}: there is no such option{suggestion(leaf, _keys_of(parent, overrides))}"
+    return f"{path}: there is no such option{suggestion(leaf, _keys_of(parent, overrides, config_name))}"
 
 
-def _keys_of(parent: str, overrides: Sequence[str]) -> list[str]:
-    """Keys of the root of the configurations, or of the option that is chosen for a group."""
+def _keys_of(parent: str, overrides: Sequence[str], config_name: str) -> list[str]:
+    """Keys of the root of a configuration, or of the option that is chosen for a group."""
     from importlib import resources
 
     import yaml
 
     folder = resources.files("acalx.conf")
-    roots = [yaml.safe_load(folder.joinpath(name).read_text()) for name in ("config.yaml", "evaluate.yaml")]
+    file = folder.joinpath(f"{config_name}.yaml")
+    root = yaml.safe_load(file.read_text())
+    chosen = dict(entry.popitem() for entry in root["defaults"] if isinstance(entry, dict))
     if not parent:
-        keys = {key for root in roots for key in root} - {"defaults"}
-        return sorted(keys | {entry.name for entry in folder.iterdir() if _is_group(entry)})
-    chosen = dict(entry.popitem() for root in roots for entry in root["defaults"] if isinstance(entry, dict))
+        groups = {key for key in chosen if not key.startswith("override ")}
+        return sorted((set(root) - {"defaults"}) | groups)
     for argument in overrides:
         key, _, value = argument.partition("=")
         chosen[key] = value
     file = folder.joinpath(parent).joinpath(f"{chosen.get(parent, '')}.yaml")
     return sorted(set(yaml.safe_load(file.read_text())) - {"_target_"}) if file.is_file() else []
-
-
-def _is_group(entry: Traversable) -> bool:
-    return entry.is_dir() and entry.name not in ("hydra", "__pycache__")
 
 
 def _instantiation(error: InstantiationException) -> str:

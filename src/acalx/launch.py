@@ -13,7 +13,7 @@ import sys
 import traceback
 import uuid
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from datetime import datetime
 from pathlib import Path
 from typing import Any
@@ -28,7 +28,7 @@ from omegaconf import DictConfig, OmegaConf
 from omegaconf.errors import OmegaConfBaseException
 
 from acalx.errors import AcalxError, ArgumentError
-from acalx.explain import explain
+from acalx.explain import explain, suggestion
 from acalx.recording import RunDirectory
 from acalx.reporting.tables import align
 
@@ -61,8 +61,9 @@ class Entry:
 
 
 class _State:
-    """Exit statuses of the jobs of this process."""
+    """The entry point of this process and the exit statuses of its jobs."""
 
+    config_name = "config"
     statuses: list[int] = []  # noqa: RUF012 - one process, one command line
 
 
@@ -72,7 +73,7 @@ def launch(entry: Entry) -> int:
         sys.path.insert(0, os.getcwd())  # a criterion beside the user, with the console script too
     ConfigStore.instance().store(name=f"{entry.name}_schema", node=entry.schema)
     OmegaConf.register_new_resolver("acalx_unique", lambda: uuid.uuid4().hex[:8], use_cache=True, replace=True)
-    _State.statuses = []
+    _State.config_name, _State.statuses = entry.config_name, []
 
     @hydra.main(version_base="1.3", config_path="pkg://acalx.conf", config_name=entry.config_name)
     def job(config: DictConfig) -> None:
@@ -88,10 +89,10 @@ def launch(entry: Entry) -> int:
     except KeyboardInterrupt:
         print("acalx: interrupted", file=sys.stderr)
         return INTERRUPTED
-    except OSError as error:  # there is no directory to record it in
-        _say(explain(error), error)
-        return FAILED
-    except (HydraException, OmegaConfBaseException, ValueError) as error:
+    except (HydraException, OmegaConfBaseException, ValueError, OSError) as error:
+        if isinstance(error, OSError) and not isinstance(error, HydraException):
+            _say(explain(error), error)  # there is no directory to record it in
+            return FAILED
         overrides = [argument for argument in sys.argv[1:] if not argument.startswith("-")]
         directory = _directory_of(overrides)
         try:
@@ -104,6 +105,8 @@ def launch(entry: Entry) -> int:
 
 def build(config: DictConfig, group: str, kind: type) -> Any:
     """Make the part that a group of the configuration describes, and check what it is."""
+    if config[group] is None:
+        raise ArgumentError(f"there is no {group}: give {group}=NAME")
     part = hydra.utils.instantiate(config[group], _convert_="all")
     if not isinstance(part, kind):
         raise ArgumentError(
@@ -115,7 +118,7 @@ def build(config: DictConfig, group: str, kind: type) -> Any:
 
 def record_refusal(directory: Path, error: Exception, overrides: Sequence[str]) -> None:
     """Say and record why a command line or a job of a sweep was refused before it began."""
-    message = explain(error, overrides)
+    message = explain(error, overrides, _State.config_name)
     _State.statuses.append(FAILED)
     _say(message, error)
     RunDirectory(directory, overrides).write_result("failed", message)
@@ -151,19 +154,29 @@ def _run_job(entry: Entry, config: DictConfig, path: Path, overrides: list[str])
     directory = None
     try:
         directory = RunDirectory(path, overrides)
+        _refuse_unknown(config, entry.schema)
         return entry.task(config, directory)
     except KeyboardInterrupt as error:
-        return _failure(directory, "interrupted", "interrupted before there was a program", error, INTERRUPTED)
+        when = "while writing" if (path / "program.csv").exists() else "before there was a program"
+        return _failure(directory, "interrupted", f"interrupted {when}", error, INTERRUPTED)
     except (AcalxError, HydraException, OmegaConfBaseException) as error:
-        return _failure(directory, "failed", explain(error, overrides), error, FAILED)
+        return _failure(directory, "failed", explain(error, overrides, entry.config_name), error, FAILED)
     except Exception as error:
         message = f"unexpected {type(error).__name__}: {error}; traceback=true shows where"
         return _failure(directory, "failed", message, error, FAILED)
 
 
+def _refuse_unknown(config: DictConfig, schema: type) -> None:
+    """Raise ArgumentError for a key that ``+key=value`` added and nothing reads."""
+    known = [field.name for field in fields(schema)]
+    for key in map(str, config):
+        if key not in known:
+            raise ArgumentError(f"{key}: there is no such option{suggestion(key, known)}")
+
+
 def _failure(directory: RunDirectory | None, status: str, message: str, error: BaseException, code: int) -> int:
     _say(message, error)
-    if directory is not None:
+    if directory is not None and not directory.recorded:
         directory.write_result(status, message)
     return code
 

@@ -48,7 +48,10 @@ def design(config: DictConfig, directory: RunDirectory) -> int:
         raise ArgumentError(f"seed={seed}: the seed must be a whole number, 0 or more")
     stand, model = build(config, "stand", Stand), build(config, "model", Model)
     criterion, optimizer = build(config, "criterion", Criterion), build(config, "optimizer", Optimizer)
-    problem = Problem(stand, model, criterion, config.n)
+    n = config.n
+    if isinstance(n, float) and n.is_integer():
+        n = int(n)  # 1e9 is a float in YAML
+    problem = Problem(stand, model, criterion, n)
     progress = Progress()
     try:
         result: Result = optimizer.solve(problem, np.random.default_rng(seed), progress)

@@ -23,8 +23,8 @@ from acalx.stimulus import Stimulus
 
 __all__ = ["check_criterion", "check_model", "check_optimizer", "check_stand"]
 
-# Leading axes: one program, a few, and so many on two levels that arithmetic runs along them.
-_STACKS: tuple[tuple[int, ...], ...] = ((), (3,), (2, 20))
+# Leading axes: a few programs, one, and so many on two levels that arithmetic runs along them.
+_STACKS: tuple[tuple[int, ...], ...] = ((3,), (), (2, 20))
 _N = 5
 # How far derivatives may be from numerical ones, relative to the largest entry.
 _TOLERANCE = 1e-6

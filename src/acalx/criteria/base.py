@@ -54,8 +54,8 @@ class Criterion(ABC):
         factor = factor[..., None, None, :, :]
         losses = self.loss(Information(factor @ whitened @ factor.swapaxes(-1, -2), information.parameters))
         # within a step of a singular matrix there is no gradient to be had: zero, as at one
-        near = np.isposinf(losses).any(axis=(-2, -1))
-        slopes = (weights[:, None] * np.where(near[..., None, None], 0.0, losses)).sum(axis=-2)
+        near = np.any(np.isposinf(losses), axis=(-2, -1), keepdims=True)
+        slopes = (weights[:, None] * np.where(near, 0.0, losses)).sum(axis=-2)
         gradient = np.zeros(information.matrix.shape)
         gradient[..., rows, columns] = slopes
         gradient[..., columns, rows] = slopes

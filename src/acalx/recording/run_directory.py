@@ -54,7 +54,7 @@ class RunDirectory:
     def __post_init__(self) -> None:
         try:
             self.path.mkdir(parents=True, exist_ok=True)
-            taken = (self.path / _RESULT).exists()
+            taken = self.recorded
             if not taken:
                 probe = self.path / f".{_RESULT}.{os.getpid()}"
                 probe.touch()
@@ -69,6 +69,11 @@ class RunDirectory:
                 f"the output directory {self.path} holds a run already, which is left as it is; "
                 "choose another by hydra.run.dir=DIRECTORY"
             )
+
+    @property
+    def recorded(self) -> bool:
+        """Whether there is a result."""
+        return (self.path / _RESULT).exists()
 
     def remember(self, **entries: Any) -> None:
         """Entries that every result of this run has, also a failure."""
@@ -152,7 +157,7 @@ def _plain(value: Any) -> Any:
         return {str(key): _plain(entry) for key, entry in value.items()}
     if isinstance(value, np.ndarray):
         return _plain(value.tolist())
-    if isinstance(value, (list, tuple)):
+    if isinstance(value, Sequence) and not isinstance(value, str):
         return [_plain(entry) for entry in value]
     if isinstance(value, np.generic):
         return _plain(value.item())

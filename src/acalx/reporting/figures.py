@@ -61,7 +61,7 @@ def draw_positions(directions: Array, directory: Path, title: str) -> None:
     """
     figure, halves = new_figure(8.2, 4.6, columns=2)
     upper = directions[:, 2] >= -1e-12
-    for axes, side, label in ((halves[0], 1.0, "z up"), (halves[1], -1.0, "z down")):
+    for axes, side, label in ((halves[0], 1.0, "vertical on the +z side"), (halves[1], -1.0, "vertical on the -z side")):
         _draw_half(axes, side, label)
         shown = upper if side > 0 else ~upper
         points = _project(directions[shown], side)
@@ -87,8 +87,8 @@ def _draw_half(axes: Axes, side: float, label: str) -> None:
     edge = np.sqrt(2.0)
     axes.plot([-edge, edge], [0, 0], color=_PALE, linewidth=0.6)
     axes.plot([0, 0], [-edge, edge], color=_PALE, linewidth=0.6)
-    axes.text(edge * 1.04, 0, "+x", va="center")
-    axes.text(0, edge * 1.05, "+y", ha="center")
+    axes.text(edge * 1.03, -0.13, "+x", va="center")
+    axes.text(-0.16, edge * 1.04, "+y", ha="center")
     axes.set_title(label, fontsize=10)
     axes.set_aspect("equal")
     axes.set_xlim(-1.62, 1.62)
@@ -108,7 +108,7 @@ def draw_convergence(history: Sequence[tuple[int, float, float]], directory: Pat
     evaluations = np.array([row[0] for row in history], dtype=float)
     losses = np.array([row[2] for row in history])
     above = losses - losses[-1]
-    shown = above > 0
+    shown = above > 1e-9  # below it is rounding
     if shown.any():
         axes.loglog(evaluations[shown], above[shown], drawstyle="steps-post", color=_SERIES[1])
     else:
