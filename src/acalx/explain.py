@@ -48,6 +48,9 @@ def explain(error: BaseException, overrides: Sequence[str] = (), config_name: st
     if isinstance(error, MissingMandatoryValue):
         key = str(error.full_key)
         return f"{key} is missing: give {key}={_EXAMPLES.get(key, 'VALUE')}"
+    if str(error).startswith("Config group override must be"):
+        empty = [argument for argument in overrides if argument.endswith("=null")]
+        return f"{' '.join(empty)}: a group takes the name of one of its options, as in criterion=d"
     if isinstance(error, OSError):
         return f"can't write to {error.filename}: {error.strerror}; choose another directory by hydra.run.dir=DIRECTORY"
     return _first_line(error)
@@ -80,9 +83,6 @@ def _composition(error: ConfigCompositionException, overrides: Sequence[str], co
             return f"{cause.full_key}: {_first_line(cause)}{hint}"
     if text.startswith("Ambiguous value"):
         return f"{_first_line(error)}: one value is right, or the switch -m for a run with each of them"
-    if text.startswith("Config group override must be"):
-        empty = [argument for argument in overrides if argument.endswith("=null")]
-        return f"{' '.join(empty)}: a group takes the name of one of its options, as in criterion=d"
     key = re.search(
         r"Could not (?:override|append to config|delete from config|find) '?([^'\n.]+(?:\.[^'\n]+)?)'", text
     )
@@ -90,7 +90,10 @@ def _composition(error: ConfigCompositionException, overrides: Sequence[str], co
         return _first_line(error)
     path = key.group(1).rstrip(".")
     parent, _, leaf = path.rpartition(".")
-    return f"{path}: there is no such option{suggestion(leaf, _keys_of(parent, overrides, config_name))}"
+    keys = _keys_of(parent, overrides, config_name)
+    if leaf in keys:  # as where a recorded configuration runs again
+        return f"{path}: this configuration has its options, not a choice; give one, as in {path}.OPTION=VALUE"
+    return f"{path}: there is no such option{suggestion(leaf, keys)}"
 
 
 def _keys_of(parent: str, overrides: Sequence[str], config_name: str) -> list[str]:

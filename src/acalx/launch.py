@@ -177,7 +177,10 @@ def _refuse_unknown(config: DictConfig, schema: type) -> None:
 def _failure(directory: RunDirectory | None, status: str, message: str, error: BaseException, code: int) -> int:
     _say(message, error)
     if directory is not None and not directory.recorded:
-        directory.write_result(status, message)
+        try:
+            directory.write_result(status, message)
+        except OSError as other:  # the directory is gone, or the disk is full
+            _say(explain(other), other)
     return code
 
 

@@ -182,7 +182,7 @@ class Linearization:
 
 def _check_n(n: int, model: Model) -> None:
     name, p, least = type(model).__name__, len(model.parameters), model.smallest_n
-    if not isinstance(n, int) or isinstance(n, bool):
+    if not isinstance(n, (int, np.integer)) or isinstance(n, bool):
         raise ArgumentError(f"n={n}: the number of positions must be a whole number, such as n={2 * least}")
     if n < least:
         raise ArgumentError(f"n={n}: the {p} parameters of {name} need {least} positions or more")

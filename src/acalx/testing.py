@@ -141,7 +141,7 @@ def check_optimizer(optimizer: Optimizer, problem: Problem, *, seed: int = 0) ->
     seed : int
         Of the random generator.
     """
-    result = optimizer.solve(problem, np.random.default_rng(seed))
+    result, again = (optimizer.solve(problem, np.random.default_rng(seed)) for _ in range(2))
     losses, progress = [s.loss for s in result.solutions], [loss for _, _, loss in result.history]
     _require(result.status in ("ok", "limit"), optimizer, f"status is ok or limit, got {result.status!r}")
     _require(bool(result.message), optimizer, "the message says why the search ended")
@@ -151,7 +151,6 @@ def check_optimizer(optimizer: Optimizer, problem: Problem, *, seed: int = 0) ->
     falls = all(after < before for before, after in pairwise(progress))
     _require(bool(progress) and falls, optimizer, "the history is of a loss that falls")
     _require_close(optimizer, "the account saw the best program", np.array(progress[-1]), np.array(losses[0]), 1e-6)
-    again = optimizer.solve(problem, np.random.default_rng(seed))
     first, second = ([(s.loss, s.settings.tobytes()) for s in r.solutions] for r in (result, again))
     same = first == second and again.evaluations == result.evaluations
     _require(same, optimizer, "the same seed gives the same result, bit for bit")

@@ -14,6 +14,7 @@ from acalx.optimizers.agreement import distinct_solutions, judge
 from acalx.optimizers.base import Account, Optimizer, Result, Status
 from acalx.optimizers.descent import descend
 from acalx.optimizers.options import require_count, require_positive
+from acalx.optimizers.stops import descend_stops
 from acalx.problem import Problem
 
 __all__ = ["DifferentialEvolution"]
@@ -21,6 +22,8 @@ __all__ = ["DifferentialEvolution"]
 # The generation whose trial programs are taken as companions: better than random ones, and
 # not yet drawn together around one minimum.
 _YOUNG = 5
+# After so many generations without a program that can estimate all parameters there is none.
+_PATIENCE = 50
 
 _BASES = ("best1", "rand1", "randtobest1", "currenttobest1", "best2", "rand2")
 _STRATEGIES = tuple(base + crossover for base in _BASES for crossover in ("bin", "exp"))
@@ -33,8 +36,8 @@ class DifferentialEvolution(Optimizer):
 
     A whole population is evaluated in one call. Each restart begins with another population
     and ends when the population has drawn together or after `maxiter` generations; its best
-    program is then polished by descent along the gradient, unless the stand has steps. It
-    ends early when several restarts agree on the best loss and, where there was a polish, a
+    program is then polished by descent along the gradient, or from stop to stop where the stand
+    has steps. It ends early when several restarts agree on the best loss and, where there was a polish, a
     better minimum is not to be expected (see `acalx.optimizers.agreement`).
 
     Parameters
@@ -59,7 +62,7 @@ class DifferentialEvolution(Optimizer):
     spread : float
         A restart ends when the standard deviation of the population's losses is smaller.
     polish : bool
-        Whether descent along the gradient ends each restart.
+        Whether descent ends each restart.
     companions : int
         So many programs of the young population are polished beside the best of the old one.
         A population can draw together around a poor minimum; several restarts may around the
@@ -101,7 +104,6 @@ class DifferentialEvolution(Optimizer):
     def search(self, problem: Problem, rng: np.random.Generator, account: Account) -> Result:
         """Restarts until enough of them agree."""
         space = _Space.of(problem)
-        polish = self.polish and not problem.stand.stepped
         settings, losses = np.empty((0, problem.n, problem.d)), np.empty(0)
         raw = np.empty(0)
         status: Status = "ok"
@@ -109,24 +111,23 @@ class DifferentialEvolution(Optimizer):
             winner, members = self._evolve(problem, space, rng, account, len(raw) / self.restarts)
             raw = np.append(raw, problem.loss(winner))
             ends, end_losses = winner[None], raw[-1:]
-            if polish and np.isfinite(raw[-1]):
-                descent = descend(problem, np.concatenate([ends, members]), account=account)
+            if self.polish and np.isfinite(raw[-1]):
+                polish = descend_stops if problem.stand.stepped else descend
+                descent = polish(problem, np.concatenate([ends, members]), account=account)
                 ends, end_losses = descent.settings, descent.loss
             settings, losses = np.concatenate([settings, ends]), np.concatenate([losses, end_losses])
             best = int((losses <= losses.min() + self.agreement).sum())
             verdict = judge(losses, self.agreement)
             counted = f"{best} of {len(losses)} programs from {len(raw)} restarts"
-            if len(raw) >= self.agree and best >= self.agree and (verdict.settled or not polish):
+            if len(raw) >= self.agree and best >= self.agree and (verdict.settled or not self.polish):
                 message = f"stopped early: {counted} agree on the best loss"
                 break
-            if len(raw) >= self.restarts:
+            if len(raw) >= self.restarts or not np.isfinite(losses.min()):
                 message = f"all restarts used: {counted} reached the best loss"
-                status = "ok" if best >= 2 or len(losses) == 1 else "limit"
+                status = "limit"
                 break
-        if self.polish and not polish:
-            message += "; no polish, since the stand has steps"
         solutions = distinct_solutions(problem, settings, losses, self.agreement)
-        gain = float(raw.min() - losses.min()) if polish and np.isfinite(raw.min()) else None
+        gain = float(raw.min() - losses.min()) if self.polish and np.isfinite(raw.min()) else None
         return Result(status, message, solutions, account.evaluations, account.seconds, account.history, gain)
 
     def _evolve(
@@ -148,9 +149,10 @@ class DifferentialEvolution(Optimizer):
             account.see(settings, values)
             return values
 
-        def count(intermediate_result: Any) -> None:
+        def count(intermediate_result: Any) -> bool:
             nonlocal generation
             generation += 1
+            return account.best is None and generation >= _PATIENCE
 
         outcome = differential_evolution(
             losses,

@@ -84,7 +84,7 @@ class Gradient(Optimizer):
                 break
             if len(losses) >= self.starts:
                 message = f"all starts used: {verdict}"
-                status = "ok" if verdict.best >= min(3, self.starts) else "limit"
+                status = "limit"
                 break
         return Result(
             status,

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from acalx.errors import ArgumentError
 
 __all__ = ["require_count", "require_positive"]
@@ -11,7 +13,7 @@ __all__ = ["require_count", "require_positive"]
 
 def require_count(name: str, value: object) -> None:
     """Raise ArgumentError unless the option is a whole number of at least 1."""
-    if not isinstance(value, int) or isinstance(value, bool) or value < 1:
+    if not isinstance(value, (int, np.integer)) or isinstance(value, bool) or value < 1:
         raise ArgumentError(f"{name}={value}: must be a whole number of at least 1")
 
 

@@ -29,6 +29,7 @@ _STYLE: dict[Any, Any] = {
     "text.color": _INK,
     "xtick.color": _INK,
     "ytick.color": _INK,
+    "axes.prop_cycle": f"cycler(color={list(_SERIES)})",
     "svg.fonttype": "none",
     "svg.hashsalt": "acalx",  # the same figure gives the same file
 }
@@ -61,7 +62,10 @@ def draw_positions(directions: Array, directory: Path, title: str) -> None:
     """
     figure, halves = new_figure(8.2, 4.6, columns=2)
     upper = directions[:, 2] >= -1e-12
-    for axes, side, label in ((halves[0], 1.0, "vertical on the +z side"), (halves[1], -1.0, "vertical on the -z side")):
+    for axes, side, label in (
+        (halves[0], 1.0, "vertical on the +z side"),
+        (halves[1], -1.0, "vertical on the -z side"),
+    ):
         _draw_half(axes, side, label)
         shown = upper if side > 0 else ~upper
         points = _project(directions[shown], side)

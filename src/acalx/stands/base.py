@@ -100,6 +100,12 @@ class Setting:
         )
         return np.clip(wrapped, self.lower, self.upper) if self.full_turn else wrapped
 
+    def reach(self, angles: Array) -> Array:
+        """The same attitudes with whole turns added so that they are within the limits, where some are."""
+        turns = np.ceil((self.lower - angles) / _TURN - _SLACK)
+        inside = angles + _TURN * turns
+        return np.where(inside <= self.upper * (1 + math.copysign(_SLACK, self.upper)), inside, angles)
+
     def allows(self, angles: Array, tolerance: float = 1e-9) -> np.ndarray:
         """Whether angles are within the limits and on a step, within a tolerance in rad."""
         wrapped = self.wrap(angles)

@@ -85,10 +85,12 @@ class TwoAxis(Stand):
     def aim(self, directions: Array) -> Array:
         """Settings for directions of the vertical in sensor axes, the pair that the limits allow."""
         x, y, z = np.moveaxis(directions, -1, 0)
-        first = np.stack([np.arcsin(np.clip(x, -1.0, 1.0)), np.arctan2(y, z)], axis=-1)
+        first = np.stack([np.arctan2(x, np.hypot(y, z)), np.arctan2(y, z)], axis=-1)
         first = np.where(np.abs(first) < 1e-15, 0.0, first)  # not a turn less a rounding error
         second = np.stack([math.pi - first[..., 0], first[..., 1] + math.pi], axis=-1)
-        first, second = self.wrap(first), self.wrap(second)
+        for k, setting in enumerate(self.settings):
+            first[..., k] = setting.reach(first[..., k])
+            second[..., k] = setting.reach(second[..., k])
         use_second = self.allows(second) & ~self.allows(first)
         return np.where(use_second[..., None], second, first)
 

@@ -1,0 +1,176 @@
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import parts
+from acalx.criteria import Criterion, D
+from acalx.errors import ArgumentError, PluginError
+from acalx.information import Information
+from acalx.optimizers import Optimizer
+from acalx.problem import Problem
+from acalx.stands import Setting, Stand, TwoAxis
+
+SEEDS = st.integers(0, 2**32 - 1)
+
+
+@pytest.mark.parametrize(
+    ("n", "quoted"),
+    [
+        (8, "n=8: the 9 parameters of ScalarAccel need 9 positions"),
+        (0, "n=0: the 9 parameters"),
+        (-3, "n=-3: the 9 parameters"),
+        (10**9, "n=1000000000: would take about"),
+        (2.5, "n=2.5: the number of positions must be a whole number"),
+        (9.0, "n=9.0: the number of positions must be a whole number"),
+        (math.nan, "n=nan: "),
+        ("9", "n=9: the number of positions must be a whole number"),
+        (True, "n=True: "),
+        (None, "n=None: "),
+    ],
+    ids=str,
+)
+def test_bad_numbers_of_positions(n: object, quoted: str) -> None:
+    with pytest.raises(ArgumentError) as caught:
+        Problem(parts.FULL, parts.MODELS[0], D(), n)  # type: ignore[arg-type]
+    assert str(caught.value).startswith(quoted)
+
+
+def test_numpy_integers_are_whole_numbers() -> None:
+    assert parts.problem(n=np.int64(9)).n == 9  # type: ignore[arg-type]
+
+
+def exact_gradient_error(problem: Problem, seed: int) -> float:
+    """Largest error of the gradient with respect to the settings, relative to the largest entry."""
+    settings = problem.random(np.random.default_rng(seed), 1)[0]
+    _, gradient = problem.loss_and_gradient(settings)
+    moves = 1e-4 * np.eye(settings.size).reshape(-1, *settings.shape)
+    steps = {h: problem.loss(settings + h * moves) - problem.loss(settings - h * moves) for h in (1, 2)}
+    numerical = (8 * steps[1] - steps[2]) / 12e-4
+    return float(np.abs(gradient - numerical.reshape(settings.shape)).max() / np.abs(gradient).max())
+
+
+@pytest.mark.parametrize("stand", parts.STANDS, ids=repr)
+@pytest.mark.parametrize("criterion", parts.CRITERIA, ids=repr)
+def test_gradient_with_respect_to_the_settings(criterion: Criterion, stand: Stand) -> None:
+    problem = parts.problem(criterion, 12, stand)
+    if stand.stepped:  # the gradient does not know of steps
+        settings = tuple(Setting(s.name, s.lower, s.upper, None, s.periodic) for s in stand.settings)
+        assert problem.loss_and_gradient(problem.random(np.random.default_rng(0), 1))[1].shape == (1, 12, len(settings))
+    else:
+        assert exact_gradient_error(problem, 1) < 1e-6
+
+
+@dataclass(frozen=True)
+class Tilted(Stand):
+    """A plug-in stand with three settings, no derivative of its own."""
+
+    @property
+    def settings(self) -> tuple[Setting, ...]:
+        return tuple(Setting(name, 0.0, 2 * math.pi) for name in ("roll", "pitch", "yaw"))
+
+    def stimulus(self, settings):  # type: ignore[no-untyped-def]
+        tilted = settings[..., :2] + 0.1 * np.sin(settings[..., 2:])
+        return TwoAxis().stimulus(tilted)
+
+
+def test_gradient_of_a_stand_with_a_numerical_derivative() -> None:
+    assert exact_gradient_error(parts.problem(parts.D_FAIR, 11, Tilted()), 0) < 1e-6
+
+
+@pytest.mark.parametrize("count", [1, 5, 700])
+def test_loss_of_a_population_is_that_of_its_members(count: int) -> None:
+    problem = parts.problem(n=30)
+    programs = problem.random(np.random.default_rng(1), count)
+    assert (count > problem.chunk) == (count == 700)
+    each = [float(problem.loss(program)) for program in programs]
+    np.testing.assert_allclose(problem.loss(programs), each, atol=1e-9)
+
+
+@given(seed=SEEDS)
+def test_canonical_program_is_the_same_program(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    problem = parts.problem(n=10)
+    settings = problem.random(rng, 1)[0]
+    moved = rng.permutation(settings) + 2 * math.pi * rng.integers(-2, 3, (10, 2))
+    canonical = problem.canonical(moved)
+    np.testing.assert_allclose(canonical, problem.canonical(settings), atol=1e-9)
+    np.testing.assert_array_equal(problem.canonical(canonical), canonical)
+    assert (np.diff(canonical[:, 0]) > -1e-7).all()
+    assert problem.stand.allows(canonical).all()
+
+
+def test_singular_programs_have_an_infinite_loss_and_no_gradient() -> None:
+    problem = parts.problem(n=12)
+    faces = parts.program(np.concatenate([parts.FACES, parts.FACES]))
+    programs = np.stack([faces, parts.program(parts.icosahedron())])
+    for criterion in parts.CRITERIA:
+        loss, gradient = parts.problem(criterion, 12).loss_and_gradient(programs)
+        assert np.isposinf(loss[0])
+        assert np.isfinite(loss[1])
+        assert not gradient[0].any()
+        assert np.isposinf(parts.problem(criterion, 12).loss(faces))
+    assert not np.isfinite(problem.loss(np.stack([faces] * 50))).any()
+
+
+class Broken(Criterion):
+    """A criterion with a mistake."""
+
+    def __init__(self, mistake: Callable[[Information], object]) -> None:
+        self.mistake = mistake
+
+    def loss(self, information: Information):  # type: ignore[no-untyped-def]
+        return self.mistake(information)
+
+
+def divide(information: Information) -> float:
+    return 1 / 0
+
+
+MISTAKES: dict[str, tuple[Callable[[Information], object], str]] = {
+    "wrong shape": (
+        lambda at: at.variances,
+        r"Broken.loss returned shape \(.*9\) for matrices of shape \(.*9, 9\)",
+    ),
+    "one for all": (lambda at: at.log_det.sum() if at.log_det.ndim else np.zeros(3), "Broken.loss returned shape"),
+    "nothing": (lambda at: None, "Broken.loss returned"),
+    "words": (lambda at: "good", "Broken.loss raised ValueError: could not convert string"),
+    "raises": (divide, r"Broken.loss raised ZeroDivisionError: division by zero \(.*test_problem.py, line \d+\)"),
+    "nan": (
+        lambda at: at.log_det * math.nan,
+        "Broken.loss returned nan for an information matrix",
+    ),
+}
+
+
+@pytest.mark.parametrize("optimizer", parts.OPTIMIZERS, ids=lambda o: type(o).__name__)
+@pytest.mark.parametrize("kind", MISTAKES)
+def test_mistakes_of_a_plugin_are_told_plainly(optimizer: Optimizer, kind: str) -> None:
+    mistake, message = MISTAKES[kind]
+    problem = parts.problem(Broken(mistake))
+    with pytest.raises(PluginError, match=message):
+        problem.loss(problem.random(np.random.default_rng(0), 4))
+    with pytest.raises(PluginError, match=r"Broken\.loss"):
+        optimizer.solve(problem, np.random.default_rng(0))
+
+
+def test_mistake_in_a_gradient() -> None:
+    class Steep(Broken):
+        def gradient(self, information: Information):  # type: ignore[no-untyped-def]
+            return np.ones(3)
+
+    problem = parts.problem(Steep(lambda at: -at.log_det))
+    with pytest.raises(PluginError, match=r"Steep.gradient returned shape \(3,\)"):
+        problem.loss_and_gradient(problem.random(np.random.default_rng(0), 4))
+
+
+def test_errors_of_acalx_pass_through_a_plugin() -> None:
+    problem = parts.problem(Broken(lambda at: at.theta("drift")))
+    with pytest.raises(ArgumentError, match="no parameter group 'drift'"):
+        problem.loss(problem.random(np.random.default_rng(0), 4))
