@@ -16,19 +16,21 @@ Source: Kiefer, Ann. Statist. 2 (1974) 849; Pukelsheim, Optimal Design of Experi
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from acalx.arrays import Array
-from acalx.criteria import Criterion
+from acalx.criteria import Ceiling, Criterion
 from acalx.problem import Problem
-from acalx.relaxation import Relaxation, relax
-from acalx.supremum import Supremum
+from acalx.relaxation import Relaxation, relax, sensitivity
+from acalx.supremum import supremum
 
 __all__ = ["Certificate", "certify"]
 
+# The efficiency from which a program counts as proved optimal is one less this.
 _PROVED = 1e-6
+# How far above the largest sensitivity found the proof starts: the margin that is given away.
+_MARGIN = 1e-7
 
 
 @dataclass(frozen=True)
@@ -37,27 +39,108 @@ class Certificate:
 
     Parameters
     ----------
-    bound : float
-        In the units of the criterion's published value: for D a determinant.
-    efficiency : float
+    bound : float or None
+        In the units of the criterion's published value: for D a determinant. None where the
+        criterion can't be bounded.
+    efficiency : float or None
         Of the program, 0 to 1, on the scale of a variance: (bound / value) to the power 1 / k.
-    gap : float
+    gap : float or None
         Loss of the program less the loss of the bound.
-    margin : float
-        By how much the bound was lowered for what lies between the points at which the
-        sensitivity was computed, in loss.
     method : str
-        How the bound was proved.
+        How the bound was proved, or why there is none.
+    margin : float
+        By how much the bound was lowered, in loss, for what lies between the points at which
+        the sensitivity was computed.
     proved : bool
-        Whether the program is proved optimal to an efficiency of 1 - 1e-6.
-    part : str
-        What is bounded, where it is not the whole criterion; empty otherwise.
+        Whether the program is proved optimal, to an efficiency of 1 - 1e-6.
+    parts : dict
+        Where the criterion is a product: what each factor is bounded by.
     """
 
-    bound: float
-    efficiency: float
-    gap: float
+    bound: float | None
+    efficiency: float | None
+    gap: float | None
+    method: str
+    margin: float = 0.0
+    proved: bool = False
+    parts: dict[str, float] = field(default_factory=dict)
+
+    def __str__(self) -> str:
+        if self.efficiency is None:
+            return f"no bound: {self.method}"
+        if self.proved:
+            return f"proved optimal: no program of as many positions is better (efficiency {self.efficiency:.6f})"
+        return f"efficiency {self.efficiency:.5f}: no program of as many positions goes below {self.bound:.6g}"
+
+
+@dataclass(frozen=True)
+class _Bound:
+    """Least loss of one factor for programs of n positions."""
+
+    loss: float
     margin: float
     method: str
-    proved: bool
-    part: str = ""
+
+
+def certify(problem: Problem, loss: float) -> Certificate:
+    """Bound the loss of all programs of a problem and compare one program with it.
+
+    Parameters
+    ----------
+    problem : Problem
+    loss : float
+        Of the program.
+    """
+    terms = problem.criterion.terms()
+    factors: list[tuple[float, Criterion]] = [*terms.smooth, *terms.ceilings]
+    p = len(problem.parameters)
+    total, margin, scale, parts, methods = 0.0, 0.0, 0.0, {}, []
+    for weight, criterion in factors:
+        degree = criterion.degree(p)
+        if degree is not None:
+            found = _bound(Problem(problem.stand, problem.model, criterion, problem.n), degree)
+            scale += weight * degree
+        elif isinstance(criterion, Ceiling) and np.isfinite(criterion.log_floor):
+            found = _Bound(criterion.log_floor, 0.0, "floor")
+        else:
+            return Certificate(None, None, None, f"{type(criterion).__name__} does not say how it can be bounded")
+        total += weight * found.loss
+        margin += weight * found.margin
+        name = f"{type(criterion).__name__}{getattr(criterion, 'group', '') and ' ' + criterion.group}"
+        parts[name] = math.exp(found.loss)
+        methods.append(found.method if len(factors) == 1 else f"{name}: {found.method}")
+    gap = loss - total
+    efficiency = math.exp(-gap / scale) if scale else None
+    proved = efficiency is not None and efficiency >= 1.0 - _PROVED
+    method = "; ".join(dict.fromkeys(methods))
+    return Certificate(
+        math.exp(total), efficiency, gap, method, margin, proved, parts if len(factors) > 1 else {}
+    )
+
+
+def _bound(problem: Problem, degree: float) -> _Bound:
+    """Least loss for n positions, from the relaxation and a proof of its largest sensitivity."""
+    relaxation = relax(problem)
+    peak, method = _proved_peak(problem, relaxation)
+    least = float(problem.criterion.least_loss(relaxation.support, relaxation.information))
+    return _Bound(
+        least - degree * math.log(problem.n * peak), degree * math.log(peak / min(relaxation.peak, peak)), method
+    )
+
+
+def _proved_peak(problem: Problem, relaxation: Relaxation) -> tuple[float, str]:
+    """Upper bound on the sensitivity over all that the stand can do."""
+    settings = problem.stand.settings
+    if all(setting.step is not None for setting in settings):
+        return relaxation.peak, "relaxation, sensitivity at every stop"
+    frequencies, degree = problem.stand.frequencies, problem.model.degree
+    if frequencies is None or degree is None:
+        return relaxation.peak, "relaxation, sensitivity not proved between the points where it was computed"
+    degrees = [2 * degree * frequency for frequency in frequencies]
+    lower, upper = problem.stand.bounds.T
+
+    def values(points: np.ndarray) -> np.ndarray:
+        return sensitivity(problem, relaxation.support, points)[0]
+
+    proof = supremum(values, degrees, lower, upper, relaxation.peak + _MARGIN)
+    return proof.value, f"relaxation, sensitivity as a trigonometric polynomial on {proof.cells} cells"

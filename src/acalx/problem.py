@@ -11,7 +11,7 @@ import numpy as np
 from acalx.arrays import Array
 from acalx.criteria import Criterion
 from acalx.errors import AcalxError, ArgumentError, PluginError
-from acalx.information import Information
+from acalx.information import Information, Parameter
 from acalx.models import Model
 from acalx.stands import Stand
 from acalx.stimulus import Stimulus
@@ -58,6 +58,17 @@ class Problem:
     def d(self) -> int:
         """Number of settings of a position."""
         return len(self.stand.settings)
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """The model's parameters."""
+        return self.model.parameters
+
+    @property
+    def limits(self) -> tuple[Array, Array]:
+        """Bounds of all the angles of a program, (n d,) each, infinite where a full turn is open."""
+        lower, upper = self.stand.free_bounds.T
+        return np.tile(lower, self.n), np.tile(upper, self.n)
 
     def random(self, rng: np.random.Generator, count: int) -> Array:
         """Random programs, (count, n, d) in rad."""

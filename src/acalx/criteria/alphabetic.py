@@ -30,6 +30,10 @@ class D(Criterion):
         """-K."""
         return -information.covariance
 
+    def degree(self, p: int) -> float:
+        """p."""
+        return float(p)
+
 
 @final
 @dataclass(frozen=True)
@@ -48,6 +52,10 @@ class A(Criterion):
         covariance = information.covariance
         trace = information.variances.sum(axis=-1)[..., None, None]
         return np.asarray(-(covariance @ covariance) / trace)
+
+    def degree(self, p: int) -> float:
+        """One."""
+        return 1.0
 
 
 @final
@@ -69,6 +77,18 @@ class E(Ceiling):
         values, vectors = np.linalg.eigh(information.matrix)
         worst = vectors[..., 0]
         return np.asarray(-worst[..., :, None] * worst[..., None, :] / values[..., 0, None, None])
+
+    def degree(self, p: int) -> float:
+        """One."""
+        return 1.0
+
+    def least_loss(self, support: Array, at: Information) -> Array:
+        """log trace of the support: of all M with trace(support M) <= 1 the least eigenvalue is largest for I."""
+        return np.asarray(np.log(np.trace(support)))
+
+    def support(self, multiplier: Array) -> Array:
+        """The multiplier itself."""
+        return multiplier
 
     @property
     def log_floor(self) -> float:

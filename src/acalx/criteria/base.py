@@ -65,6 +65,29 @@ class Criterion(ABC):
     def check(self, parameters: tuple[Parameter, ...]) -> None:  # noqa: B027 - most fit every model
         """Raise ArgumentError where the criterion does not fit a model with these parameters."""
 
+    def degree(self, p: int) -> float | None:
+        """The k for which the loss of c M is that of M less k log c, where exp(-loss / k) is concave.
+
+        Such a criterion of p parameters is an information function, and programs can be
+        bounded by it (see `acalx.certificate`). None, the default: no bound.
+        """
+        return None
+
+    def least_loss(self, support: Array, at: Information) -> Array:
+        """Least loss of any information M with trace(support M) <= 1.
+
+        The default is for the support that is minus the gradient at `at`, over the degree: by
+        concavity it is the loss there.
+
+        Parameters
+        ----------
+        support : array (p, p)
+            Positive semidefinite.
+        at : Information
+            With one matrix, at or near the optimum.
+        """
+        return self.loss(at)
+
     def terms(self) -> Terms:
         """The loss taken apart for optimizers that need smooth functions."""
         return Terms(smooth=((1.0, self),))

@@ -38,6 +38,11 @@ class Model(ABC):
         return 1
 
     @property
+    def degree(self) -> int | None:
+        """Degree of the regressors as polynomials in the stimulus; None if they are none."""
+        return None
+
+    @property
     def smallest_n(self) -> int:
         """The fewest positions that can determine all the parameters."""
         return -(-len(self.parameters) // self.outputs)

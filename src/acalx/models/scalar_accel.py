@@ -49,6 +49,11 @@ class ScalarAccel(Model):
         """The specific force."""
         return ("specific_force",)
 
+    @property
+    def degree(self) -> int:
+        """Two."""
+        return 2
+
     def regressors(self, stimulus: Stimulus) -> Array:
         """Rows h, shape (..., n, 1, 9)."""
         force = _force(stimulus)

@@ -11,15 +11,15 @@ for the matrix inequality of E: Kocvara and Stingl, Optim. Methods Softw. 18 (20
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
 from acalx.arrays import Array
-from acalx.criteria import Ceiling
-from acalx.information import Information
+from acalx.criteria import Ceiling, Criterion
+from acalx.information import Information, Parameter
 from acalx.optimizers.base import Account
 from acalx.optimizers.bfgs import minimize_stack
-from acalx.problem import Problem
 
 __all__ = ["Descent", "descend"]
 
@@ -40,20 +40,50 @@ class Descent:
     settings : array (s, n, d), in rad
     loss : array (s,)
     converged : array (s,) of bool
+    multipliers : tuple of arrays (s, ...)
+        Those of the ceilings of the criterion, as the last round left them.
     """
 
     settings: Array
     loss: Array
     converged: np.ndarray
+    multipliers: tuple[Array, ...] = ()
+
+
+class Landscape(Protocol):
+    """What descent needs of a problem."""
+
+    @property
+    def criterion(self) -> Criterion: ...
+    @property
+    def parameters(self) -> tuple[Parameter, ...]: ...
+    @property
+    def limits(self) -> tuple[Array, Array]:
+        """Bounds of all the variables of a program, infinite where there are none."""
+
+    def loss(self, settings: Array) -> Array: ...
+    def loss_of(self, information: Information, criterion: Criterion | None = None) -> Array: ...
+    def gradient_of(self, information: Information, criterion: Criterion | None = None) -> Array: ...
+    def information(self, settings: Array) -> Information: ...
+    def linearize(self, settings: Array) -> Pullback: ...
+    def loss_and_gradient(self, settings: Array) -> tuple[Array, Array]: ...
+
+
+class Pullback(Protocol):
+    """Information of programs, ready to pull a gradient back to the settings."""
+
+    @property
+    def information(self) -> Information: ...
+    def pull(self, gradient: Array) -> Array: ...
 
 
 def descend(
-    problem: Problem, starts: Array, *, account: Account, tolerance: float = 1e-7, iterations: int = 2000
+    problem: Landscape, starts: Array, *, account: Account, tolerance: float = 1e-7, iterations: int = 2000
 ) -> Descent:
     """Local minima from starts (s, n, d) in rad; none ends above its start or outside the limits."""
     if problem.criterion.terms().ceilings:
         return _Held(problem, starts, account).run(tolerance, iterations)
-    lower, upper = _limits(problem)
+    lower, upper = problem.limits
     shape = starts.shape
 
     def objective(x: Array, index: np.ndarray) -> tuple[Array, Array]:
@@ -68,26 +98,17 @@ def descend(
     return Descent(minima.x.reshape(shape), minima.loss, minima.converged)
 
 
-def _limits(problem: Problem) -> tuple[Array, Array]:
-    """Bounds of all the angles of a program, none where a setting can make a full turn."""
-    bounds = problem.stand.bounds
-    full_turn = [setting.full_turn for setting in problem.stand.settings]
-    lower = np.where(full_turn, -np.inf, bounds[:, 0])
-    upper = np.where(full_turn, np.inf, bounds[:, 1])
-    return np.tile(lower, problem.n), np.tile(upper, problem.n)
-
-
 class _Held:
     """Rounds of smooth minimization with ceilings held by multipliers."""
 
-    def __init__(self, problem: Problem, starts: Array, account: Account) -> None:
+    def __init__(self, problem: Landscape, starts: Array, account: Account) -> None:
         self.problem, self.account = problem, account
         self.terms = problem.criterion.terms()
         self.ceilings: list[Ceiling] = [ceiling for _, ceiling in self.terms.ceilings]
         self.weights = np.array([weight for weight, _ in self.terms.ceilings])
         self.shape = starts.shape
         self.angles = starts[0].size
-        lower, upper = _limits(problem)
+        lower, upper = problem.limits
         floors = [max(ceiling.log_floor, -_LOG_RANGE) for ceiling in self.ceilings]
         self.lower = np.concatenate([lower, floors])
         self.upper = np.concatenate([upper, np.full(len(floors), _LOG_RANGE)])
@@ -95,7 +116,7 @@ class _Held:
         logs = [problem.loss_of(information, ceiling) for ceiling in self.ceilings]
         self.x = np.concatenate([starts.reshape(len(starts), -1), np.stack(logs, axis=-1)], axis=-1)
         stack = (len(starts),)
-        self.multipliers = [ceiling.start(problem.model.parameters, stack) for ceiling in self.ceilings]
+        self.multipliers = [ceiling.start(problem.parameters, stack) for ceiling in self.ceilings]
         self.penalty = np.full(len(starts), _FIRST_PENALTY)
         self.best = starts.copy()
         self.loss = problem.loss(starts)
@@ -119,13 +140,13 @@ class _Held:
             self.best[going[better]] = settings[better]
             self.loss[going[better]] = loss[better]
             new_gap = np.abs(loss - lagrangian)
-            settled = (new_gap < 1e-6) & (np.abs(loss - previous[going]) < 1e-7)
+            settled = (new_gap < 10 * tolerance) & (np.abs(loss - previous[going]) < tolerance)
             slow = new_gap > 0.25 * gap[going]
             self.penalty[going[slow]] = np.minimum(self.penalty[going[slow]] * _GROWTH, _LARGEST_PENALTY)
             gap[going], previous[going] = new_gap, loss
             self.converged[going[settled]] = True
             going = going[~settled]
-        return Descent(self.best, self.loss, self.converged)
+        return Descent(self.best, self.loss, self.converged, tuple(self.multipliers))
 
     def _round(self, going: np.ndarray, tolerance: float, iterations: int) -> None:
         """Minimize the Lagrangian for fixed multipliers."""

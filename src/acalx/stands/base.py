@@ -167,6 +167,17 @@ class Stand(ABC):
         return np.array([(setting.lower, setting.upper) for setting in self.settings])
 
     @property
+    def free_bounds(self) -> Array:
+        """The limits (d, 2), infinite where every angle can be set."""
+        open_ = np.array([setting.full_turn for setting in self.settings])[:, None]
+        return np.where(open_, np.array([-np.inf, np.inf]), self.bounds)
+
+    @property
+    def frequencies(self) -> tuple[int, ...] | None:
+        """Degree of the stimulus as a trigonometric polynomial in each setting; None if unknown."""
+        return None
+
+    @property
     def stepped(self) -> bool:
         """Whether any of the settings stops at steps only."""
         return any(setting.step is not None for setting in self.settings)

@@ -68,6 +68,11 @@ class TwoAxis(Stand):
             for name, (lower, upper) in (("alpha1", self.alpha1_deg), ("alpha2", self.alpha2_deg))
         )
 
+    @property
+    def frequencies(self) -> tuple[int, ...]:
+        """One in each angle."""
+        return (1, 1)
+
     def stimulus(self, settings: Array) -> Stimulus:
         """The vertical in sensor axes: settings (..., n, 2) in rad."""
         sin, cos = sin_cos(settings)
