@@ -14,8 +14,10 @@ from acalx.arrays import Array
 
 __all__ = ["Curvature", "curvature"]
 
-# Up to this many variables the whole matrix is kept: fewer steps, and each costs less.
+# Up to this many variables, or so many entries in all, the whole matrix is kept: fewer steps,
+# and each costs less.
 _DENSE = 128
+_DENSE_ENTRIES = 2**18
 _MEMORY = 20
 
 
@@ -121,4 +123,4 @@ class _Limited(Curvature):
 
 def curvature(s: int, k: int) -> Curvature:
     """A fresh estimate for s functions of k variables."""
-    return _Dense(s, k) if k <= _DENSE else _Limited(s, k)
+    return _Dense(s, k) if k <= _DENSE or s * k * k <= _DENSE_ENTRIES else _Limited(s, k)
