@@ -113,9 +113,7 @@ def certify(problem: Problem, loss: float) -> Certificate:
     efficiency = math.exp(-gap / scale) if scale else None
     proved = efficiency is not None and efficiency >= 1.0 - _PROVED
     method = "; ".join(dict.fromkeys(methods))
-    return Certificate(
-        math.exp(total), efficiency, gap, method, margin, proved, parts if len(factors) > 1 else {}
-    )
+    return Certificate(math.exp(total), efficiency, gap, method, margin, proved, parts if len(factors) > 1 else {})
 
 
 def _bound(problem: Problem, degree: float) -> _Bound:

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import sys
 import time
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any
 
 from omegaconf import DictConfig, OmegaConf
 
+from acalx.certificate import certify
 from acalx.criteria import Criterion
 from acalx.errors import ArgumentError
 from acalx.launch import FAILED, Entry, build, launch
@@ -31,6 +32,7 @@ class EvaluateConfig:
     model: Any = None
     stand: Any = None
     criterion: Any = None
+    certificate: bool = True
     figures: bool = True
     traceback: bool = False
 
@@ -56,7 +58,11 @@ def evaluate(config: DictConfig, directory: RunDirectory) -> int:
     if unseen:
         return _singular(program, unseen, directory, time.perf_counter() - started)
     problem = Problem(stand, model, criterion, program.n)
+    loss = float(problem.loss(settings))
+    certificate = certify(problem, loss) if config.certificate else None
     _show(problem, program, figures_of_merit(information))
+    if certificate is not None:
+        print(f"{certificate}\n")
     if config.figures:
         from acalx.reporting.figures import draw_entries, draw_positions
 
@@ -68,7 +74,8 @@ def evaluate(config: DictConfig, directory: RunDirectory) -> int:
         "ok",
         program.title,
         metrics=figures_of_merit(information),
-        loss=float(problem.loss(settings)),
+        loss=loss,
+        certificate=None if certificate is None else asdict(certificate),
         evaluations=1,
         seconds=time.perf_counter() - started,
         outside=[int(number) for number in outside],

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import sys
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
 from omegaconf import DictConfig, OmegaConf
 
+from acalx.certificate import Certificate, certify
 from acalx.criteria import Criterion
 from acalx.errors import ArgumentError
 from acalx.launch import INTERRUPTED, Entry, build, launch
@@ -35,6 +36,7 @@ class RunConfig:
     optimizer: Any = None
     n: Any = 9
     seed: Any = 0
+    certificate: bool = True
     figures: bool = True
     traceback: bool = False
 
@@ -58,13 +60,20 @@ def design(config: DictConfig, directory: RunDirectory) -> int:
     finally:
         progress.close()
     reference = best_published(problem)
-    _record(problem, result, reference, directory, figures=config.figures)
-    _show(problem, result, reference, directory)
+    certificate = certify(problem, result.best.loss) if config.certificate else None
+    _record(problem, result, reference, certificate, directory, figures=config.figures)
+    _show(problem, result, reference, certificate, directory)
     return INTERRUPTED if result.status == "interrupted" else 0
 
 
 def _record(
-    problem: Problem, result: Result, reference: Program | None, directory: RunDirectory, *, figures: bool
+    problem: Problem,
+    result: Result,
+    reference: Program | None,
+    certificate: Certificate | None,
+    directory: RunDirectory,
+    *,
+    figures: bool,
 ) -> None:
     settings = result.best.settings
     directory.write_program(problem.stand, settings)
@@ -91,10 +100,17 @@ def _record(
         seconds=result.seconds,
         gain=result.gain,
         alternatives=len(result.solutions) - 1,
+        certificate=None if certificate is None else asdict(certificate),
     )
 
 
-def _show(problem: Problem, result: Result, reference: Program | None, directory: RunDirectory) -> None:
+def _show(
+    problem: Problem,
+    result: Result,
+    reference: Program | None,
+    certificate: Certificate | None,
+    directory: RunDirectory,
+) -> None:
     settings = result.best.settings
     columns = {"this program": figures_of_merit(problem.information(settings))}
     if reference is not None:
@@ -105,6 +121,8 @@ def _show(problem: Problem, result: Result, reference: Program | None, directory
     print(align(figures_table(columns)))
     print()
     print(f"{result.message}; {result.evaluations} programs in {result.seconds:.2f} s")
+    if certificate is not None:
+        print(f"{certificate}")
     if result.gain is not None:
         print(f"the polish lowered the loss by {result.gain:.3g}, to {result.best.loss:.6f}")
     if len(result.solutions) > 1:
