@@ -103,10 +103,10 @@ def certify(problem: Problem, loss: float) -> Certificate:
         elif isinstance(criterion, Ceiling) and np.isfinite(criterion.log_floor):
             found = _Bound(criterion.log_floor, 0.0, "floor")
         else:
-            return Certificate(None, None, None, f"{type(criterion).__name__} does not say how it can be bounded")
+            return Certificate(None, None, None, f"{criterion.label} does not say how it can be bounded")
         total += weight * found.loss
         margin += weight * found.margin
-        name = f"{type(criterion).__name__}{getattr(criterion, 'group', '') and ' ' + criterion.group}"
+        name = criterion.label
         parts[name] = math.exp(found.loss)
         methods.append(found.method if len(factors) == 1 else f"{name}: {found.method}")
     gap = loss - total

@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from acalx.arrays import Array
-from acalx.criteria import Ceiling, Criterion
+from acalx.criteria import Criterion
 from acalx.information import Information, Parameter
 from acalx.optimizers.base import Account
 from acalx.optimizers.bfgs import minimize_stack
@@ -192,14 +192,9 @@ def _improve(problem: Problem, points: Array, weights: Array) -> Relaxation:
     weights = weights / weights.sum()
     rows = problem.model.regressors(problem.stand.stimulus(points)) * np.sqrt(weights)[:, None, None]
     information = Information.from_regressors(rows, problem.parameters)
-    criterion = problem.criterion
-    k = criterion.degree(len(problem.parameters))
-    assert k is not None  # refused by whoever asks for a relaxation
-    if isinstance(criterion, Ceiling):
-        support = criterion.support(descent.multipliers[0][0])
-        support = support / float((support * information.matrix).sum())
-    else:
-        support = -criterion.gradient(information) / k
+    multiplier = descent.multipliers[0][0] if descent.multipliers else None
+    support = problem.criterion.support(information, multiplier)
+    support = support / float((support * information.matrix).sum())
     return Relaxation(points, weights, information, support, np.inf)
 
 

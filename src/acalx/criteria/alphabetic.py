@@ -86,9 +86,9 @@ class E(Ceiling):
         """log trace of the support: of all M with trace(support M) <= 1 the least eigenvalue is largest for I."""
         return np.asarray(np.log(np.trace(support)))
 
-    def support(self, multiplier: Array) -> Array:
-        """The multiplier itself."""
-        return multiplier
+    def support(self, information: Information, multiplier: Array | None) -> Array:
+        """The multiplier: at a multiple eigenvalue the gradient would take one eigenvector of many."""
+        return -self.gradient(information) if multiplier is None else multiplier
 
     @property
     def log_floor(self) -> float:

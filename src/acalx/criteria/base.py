@@ -62,6 +62,11 @@ class Criterion(ABC):
         inverse = np.linalg.inv(factor[..., 0, 0, :, :])
         return np.asarray(inverse.swapaxes(-1, -2) @ gradient @ inverse)
 
+    @property
+    def label(self) -> str:
+        """Its name in messages."""
+        return type(self).__name__
+
     def check(self, parameters: tuple[Parameter, ...]) -> None:  # noqa: B027 - most fit every model
         """Raise ArgumentError where the criterion does not fit a model with these parameters."""
 
@@ -72,6 +77,20 @@ class Criterion(ABC):
         bounded by it (see `acalx.certificate`). None, the default: no bound.
         """
         return None
+
+    def support(self, information: Information, multiplier: Array | None) -> Array:
+        """S with which h S h' bounds all programs (see `acalx.certificate`), scaled as it comes.
+
+        The default is minus the gradient at the optimum.
+
+        Parameters
+        ----------
+        information : Information
+            With one matrix (p, p), at or near the optimum.
+        multiplier : array or None
+            What held a `Ceiling` there.
+        """
+        return -self.gradient(information)
 
     def least_loss(self, support: Array, at: Information) -> Array:
         """Least loss of any information M with trace(support M) <= 1.

@@ -50,6 +50,11 @@ class Inequality(Ceiling):
         if not (isinstance(self.floor, (int, float)) and 0.0 < self.floor < 1.0):
             raise ArgumentError(f"floor={self.floor}: the floor of an inequality is a number between 0 and 1")
 
+    @property
+    def label(self) -> str:
+        """With the name of the group."""
+        return f"Inequality {self.group}"
+
     def check(self, parameters: tuple[Parameter, ...]) -> None:
         """ArgumentError where the model has no such group."""
         groups = list(dict.fromkeys(parameter.group for parameter in parameters))
