@@ -18,9 +18,10 @@ from acalx.stimulus import Stimulus
 
 __all__ = ["Linearization", "Problem"]
 
-# Regressors of at most this many bytes are computed at a time: small enough for a cache,
-# large enough that calls don't count, and a bound on memory whatever the population.
-_CHUNK_BYTES = 3 * 2**17
+# Regressors of at most this many bytes are computed at a time: large enough that calls don't
+# count, small enough that the C library keeps the memory instead of asking for fresh pages at
+# each call, which would take as long as the arithmetic; and a bound on memory.
+_CHUNK_BYTES = 2**18
 _MEMORY_LIMIT_BYTES = 4 * 2**30
 
 
