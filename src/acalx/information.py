@@ -264,11 +264,11 @@ def _cholesky(matrix: Array) -> tuple[Array, np.ndarray]:
     floors = np.array([_PIVOT_TOLERANCE * upper[k, k] for k in range(p)])
     regular = np.ones(upper.shape[2:], dtype=bool)
     for k in range(p):  # row by row
-        good = upper[k, k] > floors[k]
+        row = upper[k, k:]
+        row -= np.einsum("j...,jm...->m...", upper[:k, k], upper[:k, k:])
+        good = row[0] > floors[k]
         regular &= good
-        upper[k, k:] *= 1.0 / np.sqrt(np.where(good, upper[k, k], 1.0))
-        for i in range(k + 1, p):
-            upper[i, i:] -= upper[k, i] * upper[k, i:]
+        row *= 1.0 / np.sqrt(np.where(good, row[0], 1.0))
     return upper, regular
 
 
@@ -278,10 +278,7 @@ def _inverse_roots(upper: Array, regular: np.ndarray) -> Array:
     root = np.zeros(upper.shape)
     for i in range(p):  # row by row
         root[i, i] = 1.0 / np.where(regular, upper[i, i], 1.0)
-        row = root[i, :i]
-        for k in range(i):
-            row[: k + 1] -= upper[k, i] * root[k, : k + 1]
-        row *= root[i, i]
+        root[i, :i] = -root[i, i] * np.einsum("k...,km...->m...", upper[:i, i], root[:i, :i])
     return np.asarray(np.moveaxis(np.where(regular, root, np.inf), (0, 1), (-2, -1)))
 
 

@@ -85,9 +85,10 @@ class Problem:
         stack = settings.shape[:-2]
         if len(stack) != 1:
             return self.loss(settings.reshape((-1, *settings.shape[-2:]))).reshape(stack)
-        size = self.chunk
+        pieces = -(-len(settings) // self.chunk)
+        size = -(-len(settings) // max(1, pieces))
         losses = np.empty(stack)
-        for start in range(0, len(settings), size):
+        for start in range(0, len(settings), max(1, size)):
             part = settings[start : start + size]
             if len(part) > self.n:  # arithmetic runs along the longer axis
                 part = np.asfortranarray(part)
