@@ -210,7 +210,8 @@ def refused(tmp_path_factory):
 def test_bad_input_gets_one_plain_message(refused, k):
     arguments, phrases = REFUSED[k]
     assert_refused(refused[k], *phrases)
-    assert refused[k].result["overrides"][: len(arguments)] == [a for a in arguments if not a.startswith("-")]
+    given = [argument for argument in arguments if not argument.startswith("-")]
+    assert refused[k].result["overrides"][: len(given)] == given
 
 
 def test_a_switch_shows_the_traceback(tmp_path):
@@ -338,7 +339,8 @@ def test_completion_answers_the_shell(tmp_path):
 def test_completion_works_in_bash(tmp_path):
     """The script that acalx prints is sourced, and its function called as bash does on TAB."""
     press = (
-        'press() { COMP_LINE="$1"; COMP_POINT=${#COMP_LINE}; local words=($COMP_LINE); COMP_CWORD=$(( ${#words[@]} - 1 ));'
+        'press() { COMP_LINE="$1"; COMP_POINT=${#COMP_LINE}; local words=($COMP_LINE);'
+        " COMP_CWORD=$(( ${#words[@]} - 1 ));"
         ' [[ $COMP_LINE == *" " ]] && COMP_CWORD=${#words[@]}; COMPREPLY=(); hydra_bash_completion;'
         ' echo "$1|${COMPREPLY[*]}"; }'
     )

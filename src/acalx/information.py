@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -103,38 +104,76 @@ class Information:
             raise ArgumentError(f"no parameter group {name!r}; the groups are {', '.join(groups)}")
         return groups[name]
 
+    @property
+    def _large(self) -> bool:
+        return math.prod(self.matrix.shape[:-2]) >= _LARGE_STACK
+
+    @cached_property
+    def _factors(self) -> tuple[Array, np.ndarray]:
+        """Cholesky factors (p, p, ...) along the stack, and where there is one (...)."""
+        return _cholesky(self.matrix)
+
+    @cached_property
+    def _unchecked_root(self) -> Array:
+        """Inverse R of the Cholesky factor, inv(M) = R'R; of no meaning where M is singular."""
+        if not self._large:
+            with contextlib.suppress(np.linalg.LinAlgError):
+                return np.asarray(np.linalg.inv(np.linalg.cholesky(self.matrix)))
+        return _inverse_roots(*self._factors)
+
     @cached_property
     def _root(self) -> Array:
         """Inverse R of the Cholesky factor, inv(M) = R'R; inf where M is singular."""
-        if math.prod(self.matrix.shape[:-2]) >= _LARGE_STACK:
-            root = _inverse_roots(self.matrix)
-        else:
-            try:
-                root = np.linalg.inv(np.linalg.cholesky(self.matrix))
-            except np.linalg.LinAlgError:
-                root = _inverse_roots(self.matrix)
+        if not self.singular.any():
+            return self._unchecked_root
+        return np.where(self.singular[..., None, None], np.inf, self._unchecked_root)
+
+    @property
+    def _inflated(self) -> np.ndarray:
+        """Where a parameter is a combination of the others to working accuracy, or unseen, (...)."""
         diagonal = self.matrix.diagonal(axis1=-2, axis2=-1)
         shown = diagonal > _ROUNDING * diagonal.max(axis=-1, keepdims=True)
+        root = self._unchecked_root
         # variance of a parameter with the others unknown, over that with the others known
         with np.errstate(invalid="ignore"):  # inf times zero is nan, which compares as it should
             inflation = np.einsum("...ki,...ki->...i", root, root) * diagonal
-        regular = (shown & (inflation < _LARGEST_INFLATION)).all(axis=-1)
-        return root if regular.all() else np.where(regular[..., None, None], root, np.inf)
-
-    @cached_property
-    def log_det(self) -> Array:
-        """log det M, shape (...); -inf where M is singular."""
-        return np.asarray(-2.0 * np.log(self._root.diagonal(axis1=-2, axis2=-1)).sum(axis=-1))
+        return np.asarray(~(shown & (inflation < _LARGEST_INFLATION)).all(axis=-1))
 
     @cached_property
     def singular(self) -> np.ndarray:
         """Where some combination of the parameters can't be estimated, shape (...)."""
-        return np.isinf(self._root[..., 0, 0])
+        if not self._large:
+            return self._inflated
+        upper, regular = self._factors
+        diagonal = self.matrix.diagonal(axis1=-2, axis2=-1)
+        # Hadamard: no variance is inflated by more than the product of the diagonal over the determinant
+        with np.errstate(all="ignore"):  # what is not regular gives inf or nan
+            inflation = (diagonal / upper.diagonal() ** 2).prod(axis=-1)
+        clear = (inflation < _LARGEST_INFLATION) & (diagonal.min(axis=-1) > _ROUNDING * diagonal.max(axis=-1))
+        singular = ~regular
+        doubtful = regular & ~clear
+        if doubtful.any():
+            singular[doubtful] = Information(self.matrix[doubtful], self.parameters)._inflated
+        return singular
+
+    @cached_property
+    def log_det(self) -> Array:
+        """log det M, shape (...); -inf where M is singular."""
+        if not self._large:
+            return np.asarray(-2.0 * np.log(self._root.diagonal(axis1=-2, axis2=-1)).sum(axis=-1))
+        with np.errstate(all="ignore"):  # what is not regular gives inf or nan
+            return np.where(self.singular, -np.inf, 2.0 * np.log(self._factors[0].diagonal()).sum(axis=-1))
 
     def select(self, members: np.ndarray) -> Information:
         """Some members of the stack, by a mask (...)."""
         chosen = Information(self.matrix[members], self.parameters)
-        chosen.__dict__["_root"] = self._root[members]  # computed already, and the same verdict
+        # computed already, and the same verdict where another algorithm suits the fewer ones
+        chosen.__dict__["singular"] = self.singular[members]
+        if "_factors" in self.__dict__:
+            upper, regular = self._factors
+            chosen.__dict__["_factors"] = upper[..., members], regular[members]
+        if "_unchecked_root" in self.__dict__:
+            chosen.__dict__["_unchecked_root"] = self._unchecked_root[members]
         return chosen
 
     @cached_property
@@ -214,8 +253,8 @@ def _stack_first(array: Array) -> bool:
     return bool(array.flags.f_contiguous and not array.flags.c_contiguous)
 
 
-def _inverse_roots(matrix: Array) -> Array:
-    """Inverse Cholesky factors, computed along the stack; inf where there is none.
+def _cholesky(matrix: Array) -> tuple[Array, np.ndarray]:
+    """Cholesky factors U, M = U'U, as (p, p, ...), and where there is one; along the stack.
 
     For thousands of small matrices several times as fast as a LAPACK call for each, and it
     tolerates singular ones.
@@ -224,19 +263,22 @@ def _inverse_roots(matrix: Array) -> Array:
     p = len(upper)
     floors = np.array([_PIVOT_TOLERANCE * upper[k, k] for k in range(p)])
     regular = np.ones(upper.shape[2:], dtype=bool)
-    for k in range(p):  # M = U'U, row by row
-        good = upper[k, k] > floors[k]
+    for k in range(p):  # row by row
+        row = upper[k, k:]
+        row -= np.einsum("j...,jm...->m...", upper[:k, k], upper[:k, k:])
+        good = row[0] > floors[k]
         regular &= good
-        upper[k, k:] *= 1.0 / np.sqrt(np.where(good, upper[k, k], 1.0))
-        for i in range(k + 1, p):
-            upper[i, i:] -= upper[k, i] * upper[k, i:]
+        row *= 1.0 / np.sqrt(np.where(good, row[0], 1.0))
+    return upper, regular
+
+
+def _inverse_roots(upper: Array, regular: np.ndarray) -> Array:
+    """Inverses R of Cholesky factors, R U' = I, as (..., p, p); inf where there is none."""
+    p = len(upper)
     root = np.zeros(upper.shape)
-    for i in range(p):  # R U' = I, row by row
+    for i in range(p):  # row by row
         root[i, i] = 1.0 / np.where(regular, upper[i, i], 1.0)
-        row = root[i, :i]
-        for k in range(i):
-            row[: k + 1] -= upper[k, i] * root[k, : k + 1]
-        row *= root[i, i]
+        root[i, :i] = -root[i, i] * np.einsum("k...,km...->m...", upper[:i, i], root[:i, :i])
     return np.asarray(np.moveaxis(np.where(regular, root, np.inf), (0, 1), (-2, -1)))
 
 

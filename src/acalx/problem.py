@@ -18,9 +18,10 @@ from acalx.stimulus import Stimulus
 
 __all__ = ["Linearization", "Problem"]
 
-# Regressors of at most this many bytes are computed at a time: small enough for a cache,
-# large enough that calls don't count, and a bound on memory whatever the population.
-_CHUNK_BYTES = 3 * 2**17
+# Regressors of at most this many bytes are computed at a time: large enough that calls don't
+# count, small enough that the C library keeps the memory instead of asking for fresh pages at
+# each call, which would take as long as the arithmetic; and a bound on memory.
+_CHUNK_BYTES = 2**18
 _MEMORY_LIMIT_BYTES = 4 * 2**30
 
 
@@ -95,9 +96,10 @@ class Problem:
         stack = settings.shape[:-2]
         if len(stack) != 1:
             return self.loss(settings.reshape((-1, *settings.shape[-2:]))).reshape(stack)
-        size = self.chunk
+        pieces = -(-len(settings) // self.chunk)
+        size = -(-len(settings) // max(1, pieces))
         losses = np.empty(stack)
-        for start in range(0, len(settings), size):
+        for start in range(0, len(settings), max(1, size)):
             part = settings[start : start + size]
             if len(part) > self.n:  # arithmetic runs along the longer axis
                 part = np.asfortranarray(part)

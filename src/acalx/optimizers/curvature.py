@@ -1,6 +1,7 @@
 """Estimates of the inverse Hessian for a stack of minimizations, dense or of limited memory.
 
-Source: Nocedal and Wright, Numerical Optimization (2006), formula 6.17 and algorithm 7.4.
+Source: Nocedal and Wright, Numerical Optimization (2006), formula 6.17 and algorithm 7.4; for the
+scale Oren and Luenberger, Manage. Sci. 20 (1974) 845.
 """
 
 from __future__ import annotations
@@ -19,6 +20,8 @@ __all__ = ["Curvature", "curvature"]
 _DENSE = 128
 _DENSE_ENTRIES = 2**18
 _MEMORY = 20
+# The first steps rescale the whole matrix, since they say most of its size and little of its shape.
+_RESCALED = 6
 
 
 class Curvature(ABC):
@@ -57,6 +60,7 @@ class _Dense(Curvature):
     def __init__(self, s: int, k: int) -> None:
         super().__init__(s, k)
         self.inverse = np.zeros((s, k, k))
+        self.learnt = np.zeros(s, dtype=int)
 
     def apply(self, gradient: Array) -> Array:
         return np.asarray((self.inverse @ gradient[..., None])[..., 0])
@@ -68,14 +72,22 @@ class _Dense(Curvature):
             norm = np.einsum("sk,sk->s", change[fresh], change[fresh])
             self.inverse[fresh] = (slope[fresh] / norm)[:, None, None] * np.eye(step.shape[1])
             self.known |= fresh
+            self.learnt[fresh] = 0
         turned = (self.inverse @ change[..., None])[..., 0]
-        weight = (1.0 + np.einsum("sk,sk->s", change, turned) / slope) / slope
+        bend = np.einsum("sk,sk->s", change, turned)
+        young = useful & (self.learnt < _RESCALED) & (bend > 0)
+        if young.any():
+            scale = np.where(young, slope / np.where(young, bend, 1.0), 1.0)
+            self.inverse *= scale[:, None, None]
+            turned, bend = turned * scale[:, None], bend * scale
+        self.learnt += useful
+        weight = (1.0 + bend / slope) / slope
         outer = step[:, :, None] * (weight[:, None] * step - turned / slope[:, None])[:, None, :]
         outer -= turned[:, :, None] * (step / slope[:, None])[:, None, :]
         self.inverse += outer if useful.all() else np.where(useful[:, None, None], outer, 0.0)
 
     def select(self, keep: np.ndarray) -> None:
-        self.inverse, self.known = self.inverse[keep], self.known[keep]
+        self.inverse, self.known, self.learnt = self.inverse[keep], self.known[keep], self.learnt[keep]
 
 
 @final

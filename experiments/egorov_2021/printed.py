@@ -1,0 +1,30 @@
+"""What the paper prints: figures of merit, as text, with as many digits as it gives."""
+
+from __future__ import annotations
+
+from decimal import Decimal
+
+GROUPS = ("bias", "scale", "nonorthogonality")
+KEYS = ("D", *(f"theta {group}" for group in GROUPS), *(f"inequality {group}" for group in GROUPS))
+
+# In the order of KEYS, inequalities in %.
+TABLE_5 = ["0.0517", "0.59", "0.79", "1.42", "0.08", "0.10", "0.09"]
+PRINTED = {
+    "egorov_2021_table_1": ("Table 1, optimized for D", ["0.0489", "0.59", "0.93", "1.35", "2.78", "7.90", "13.16"]),
+    "axes_and_vertices_9": ("[7]: 6 faces, 3 vertices of a cube", ["0.7119", "0.71", "0.71", "2.74", "0", "0", "0"]),
+    "axes_and_edges_9": ("[4, 5]: 6 faces, 3 edge midpoints", ["1.0000", "0.71", "0.71", "2.64", "0", "0", "0"]),
+    "egorov_2021_table_2": ("Table 2, optimized for D", ["7.8e-5", "0.41", "0.58", "0.91", "0.03", "0.05", "0.04"]),
+    "faces_and_edges_18": ("[4, 16]: 6 faces, 12 edge midpoints", ["8.6e-5", "0.41", "0.53", "1.00", "0", "0", "0"]),
+    "rotations_18": ("[6]: rotations in steps of 60 deg", ["1.3e-4", "0.41", "0.48", "1.15", "0", "0", "0"]),
+}
+
+
+def agrees(printed: str, computed: float) -> bool:
+    """Whether the computed figure, rounded to as many digits, is the printed one."""
+    return Decimal(computed).quantize(Decimal(printed)) == Decimal(printed)
+
+
+def smaller(computed: float, printed: str) -> bool:
+    """Whether a figure is smaller than every number that rounds to the printed one."""
+    half_a_unit = Decimal(5).scaleb(int(Decimal(printed).as_tuple().exponent) - 1)
+    return Decimal(computed) < Decimal(printed) - half_a_unit
