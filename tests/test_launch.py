@@ -417,3 +417,15 @@ def test_a_yaml_alone_makes_another_criterion(tmp_path):
     assert outcome.status == 0, outcome.err
     expected = outcome.metrics["A"] * outcome.metrics["E"] ** 0.5
     assert outcome.result["loss"] == pytest.approx(math.log(expected), abs=1e-9)
+
+
+def test_public_names_are_what_they_say():
+    import types
+
+    import acalx
+    import acalx.programs
+
+    for name in acalx.__all__:
+        assert not isinstance(getattr(acalx, name), types.ModuleType)
+    with pytest.raises(AttributeError, match="no attribute 'nothing'"):
+        _ = acalx.nothing

@@ -17,7 +17,7 @@ import numpy as np
 
 from acalx.arrays import Array
 from acalx.errors import CompatibilityError, ProgramError
-from acalx.published import PUBLISHED
+from acalx.publications import PUBLISHED
 
 __all__ = ["Program", "find_program", "published", "read_program"]
 
