@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import json
 import math
+import subprocess
+import sys
 from dataclasses import dataclass
 
 import numpy as np
@@ -146,3 +149,16 @@ def test_the_sensitivity_of_a_relaxation_is_one_on_its_support():
     np.testing.assert_allclose(values, 1.0, atol=1e-4)
     assert math.isclose(relaxation.weights.sum(), 1.0, rel_tol=1e-12)
     assert relaxation.peak <= 1 + 2e-7
+
+
+def test_an_interrupt_while_bounding_loses_nothing(tmp_path):
+    code = (
+        "import sys, acalx.run as run\ndef stop(*_): raise KeyboardInterrupt\nrun.certify = stop\nsys.exit(run.main())"
+    )
+    command = [sys.executable, "-c", code, "criterion=d", "optimizer=gradient", "figures=false", "hydra.run.dir=here"]
+    outcome = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+    result = json.loads((tmp_path / "here" / "result.json").read_text())
+    assert outcome.returncode == 130
+    assert result["status"] == "interrupted"
+    assert result["metrics"]["D"] <= 0.04893153
+    assert (tmp_path / "here" / "program.csv").exists()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -60,7 +60,12 @@ def design(config: DictConfig, directory: RunDirectory) -> int:
     finally:
         progress.close()
     reference = best_published(problem)
-    certificate = certify(problem, result.best.loss) if config.certificate else None
+    certificate = None
+    if config.certificate and result.status != "interrupted":
+        try:
+            certificate = certify(problem, result.best.loss)
+        except KeyboardInterrupt:  # the program is there, and is not to be lost
+            result = replace(result, status="interrupted", message=f"{result.message}; interrupted while bounding it")
     _record(problem, result, reference, certificate, directory, figures=config.figures)
     _show(problem, result, reference, certificate, directory)
     return INTERRUPTED if result.status == "interrupted" else 0
