@@ -153,7 +153,7 @@ class Problem:
     ) -> Array:
         name = f"{type(part).__name__}.{method.__name__}"
         try:
-            values = np.asarray(method(information), dtype=float)
+            given = method(information)
         except AcalxError:
             raise
         except Exception as error:
@@ -161,6 +161,10 @@ class Problem:
             raise PluginError(
                 f"{name} raised {type(error).__name__}: {error} ({frame.filename}, line {frame.lineno})"
             ) from error
+        try:
+            values = np.asarray(given, dtype=float)
+        except (TypeError, ValueError) as error:
+            raise PluginError(f"{name} returned {given!r}; expected numbers of shape {shape}") from error
         if values.shape != shape:
             raise PluginError(
                 f"{name} returned shape {values.shape} for matrices of shape {information.matrix.shape}; "
