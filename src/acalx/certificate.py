@@ -22,7 +22,7 @@ import numpy as np
 
 from acalx.criteria import Ceiling, Criterion
 from acalx.problem import Problem
-from acalx.relaxation import Relaxation, relax, sensitivity
+from acalx.relaxation import Relaxation, enumerable, relax, sensitivity
 from acalx.supremum import supremum
 
 __all__ = ["Certificate", "certify"]
@@ -128,8 +128,7 @@ def _bound(problem: Problem, degree: float) -> _Bound:
 
 def _proved_peak(problem: Problem, relaxation: Relaxation) -> tuple[float, str]:
     """Upper bound on the sensitivity over all that the stand can do."""
-    settings = problem.stand.settings
-    if all(setting.step is not None for setting in settings):
+    if enumerable(problem):
         return relaxation.peak, "relaxation, sensitivity at every stop"
     frequencies, degree = problem.stand.frequencies, problem.model.degree
     if frequencies is None or degree is None:

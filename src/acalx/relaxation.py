@@ -9,7 +9,7 @@ Statist. Assoc. 108 (2013) 1411 for optimizing all the weights anew each time.
 
 from __future__ import annotations
 
-import itertools
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -22,11 +22,12 @@ from acalx.optimizers.bfgs import minimize_stack
 from acalx.optimizers.descent import descend
 from acalx.problem import Linearization, Problem
 
-__all__ = ["Relaxation", "relax", "sensitivity"]
+__all__ = ["Relaxation", "enumerable", "relax", "sensitivity"]
 
 _GRID = 41  # points of a turn at which peaks are looked for
 _ROUNDS = 30
 _PATIENCE = 5  # rounds without a much lower peak
+_MOST_STOPS = 50_000  # of a stand with steps; with more its steps are too fine to matter for a bound
 _SAME = 1e-3  # regressors that differ by less belong to the same support point
 
 
@@ -79,7 +80,7 @@ class _Measure:
         k, _ = self.points.shape
         limits = []
         for bound, infinity in zip(self.problem.stand.free_bounds.T, (-np.inf, np.inf), strict=True):
-            held = self.points if self.problem.stand.stepped else np.tile(bound, (k, 1))
+            held = self.points if enumerable(self.problem) else np.tile(bound, (k, 1))
             limits.append(np.column_stack([held, np.full(k, infinity)]).ravel())
         return limits[0], limits[1]
 
@@ -172,12 +173,24 @@ def sensitivity(problem: Problem, support: Array, settings: Array) -> tuple[Arra
     return values, at.pull(np.broadcast_to(support, (len(settings), *support.shape)))[:, 0]
 
 
+def enumerable(problem: Problem) -> bool:
+    """Whether the stand has so few stops that the sensitivity is computed at every one.
+
+    Otherwise the whole range of its angles is looked at, which bounds the stops in it too.
+    """
+    settings = problem.stand.settings
+    if any(setting.step is None for setting in settings):
+        return False
+    return math.prod(len(setting.stops()) for setting in settings) <= _MOST_STOPS
+
+
 def _grid(problem: Problem) -> Array:
+    few = enumerable(problem)
     axes = [
-        np.linspace(setting.lower, setting.upper, _GRID) if setting.step is None else setting.stops()
+        setting.stops() if few else np.linspace(setting.lower, setting.upper, _GRID)
         for setting in problem.stand.settings
     ]
-    return np.array(list(itertools.product(*axes)))
+    return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(axes))
 
 
 def _improve(problem: Problem, points: Array, weights: Array) -> Relaxation:
@@ -203,7 +216,7 @@ def _peaks(problem: Problem, support: Array, starts: Array) -> tuple[Array, Arra
     values, _ = sensitivity(problem, support, starts)
     order = np.argsort(-values)[:120]
     best = starts[order]
-    if problem.stand.stepped:  # all the stops are among the starts
+    if enumerable(problem):  # all the stops are among the starts
         return best, values[order]
 
     def objective(x: Array, index: np.ndarray) -> tuple[Array, Array]:
