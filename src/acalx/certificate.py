@@ -80,6 +80,7 @@ class _Bound:
     loss: float
     margin: float
     method: str
+    proved: bool = True
 
 
 def certify(problem: Problem, loss: float) -> Certificate:
@@ -95,6 +96,7 @@ def certify(problem: Problem, loss: float) -> Certificate:
     factors: list[tuple[float, Criterion]] = [*terms.smooth, *terms.ceilings]
     p = len(problem.parameters)
     total, margin, scale, parts, methods = 0.0, 0.0, 0.0, {}, []
+    holds = True
     for weight, criterion in factors:
         degree = criterion.degree(p)
         if degree is not None:
@@ -106,12 +108,13 @@ def certify(problem: Problem, loss: float) -> Certificate:
             return Certificate(None, None, None, f"{criterion.label} does not say how it can be bounded")
         total += weight * found.loss
         margin += weight * found.margin
+        holds &= found.proved
         name = criterion.label
         parts[name] = math.exp(found.loss)
         methods.append(found.method if len(factors) == 1 else f"{name}: {found.method}")
     gap = loss - total
     efficiency = math.exp(-gap / scale) if scale else None
-    proved = efficiency is not None and efficiency >= 1.0 - _PROVED
+    proved = holds and efficiency is not None and efficiency >= 1.0 - _PROVED
     method = "; ".join(dict.fromkeys(methods))
     return Certificate(math.exp(total), efficiency, gap, method, margin, proved, parts if len(factors) > 1 else {})
 
@@ -119,20 +122,19 @@ def certify(problem: Problem, loss: float) -> Certificate:
 def _bound(problem: Problem, degree: float) -> _Bound:
     """Least loss for n positions, from the relaxation and a proof of its largest sensitivity."""
     relaxation = relax(problem)
-    peak, method = _proved_peak(problem, relaxation)
+    peak, method, proved = _proved_peak(problem, relaxation)
     least = float(problem.criterion.least_loss(relaxation.support, relaxation.information))
-    return _Bound(
-        least - degree * math.log(problem.n * peak), degree * math.log(peak / min(relaxation.peak, peak)), method
-    )
+    loss = least - degree * math.log(problem.n * peak)
+    return _Bound(loss, degree * math.log(peak / min(relaxation.peak, peak)), method, proved)
 
 
-def _proved_peak(problem: Problem, relaxation: Relaxation) -> tuple[float, str]:
+def _proved_peak(problem: Problem, relaxation: Relaxation) -> tuple[float, str, bool]:
     """Upper bound on the sensitivity over all that the stand can do."""
     if enumerable(problem):
-        return relaxation.peak, "relaxation, sensitivity at every stop"
+        return relaxation.peak, "relaxation, sensitivity at every stop", True
     frequencies, degree = problem.stand.frequencies, problem.model.degree
     if frequencies is None or degree is None:
-        return relaxation.peak, "relaxation, sensitivity not proved between the points where it was computed"
+        return relaxation.peak, "relaxation, sensitivity not proved between the points where it was computed", False
     degrees = [2 * degree * frequency for frequency in frequencies]
     lower, upper = problem.stand.bounds.T
 
@@ -140,4 +142,4 @@ def _proved_peak(problem: Problem, relaxation: Relaxation) -> tuple[float, str]:
         return sensitivity(problem, relaxation.support, points)[0]
 
     proof = supremum(values, degrees, lower, upper, relaxation.peak + _MARGIN)
-    return proof.value, f"relaxation, sensitivity as a trigonometric polynomial on {proof.cells} cells"
+    return proof.value, f"relaxation, sensitivity as a trigonometric polynomial on {proof.cells} cells", True

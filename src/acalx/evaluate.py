@@ -59,7 +59,7 @@ def evaluate(config: DictConfig, directory: RunDirectory) -> int:
         return _singular(program, unseen, directory, time.perf_counter() - started)
     problem = Problem(stand, model, criterion, program.n)
     loss = float(problem.loss(settings))
-    certificate = certify(problem, loss) if config.certificate else None
+    certificate = certify(problem, loss) if config.certificate and not outside else None  # else incomparable
     _show(problem, program, figures_of_merit(information))
     if certificate is not None:
         print(f"{certificate}\n")

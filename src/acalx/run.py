@@ -59,47 +59,33 @@ def design(config: DictConfig, directory: RunDirectory) -> int:
         result: Result = optimizer.solve(problem, np.random.default_rng(seed), progress)
     finally:
         progress.close()
-    reference = best_published(problem)
+    _record(problem, result, directory)  # before anything else can go wrong
     certificate = None
     if config.certificate and result.status != "interrupted":
         try:
             certificate = certify(problem, result.best.loss)
         except KeyboardInterrupt:  # the program is there, and is not to be lost
             result = replace(result, status="interrupted", message=f"{result.message}; interrupted while bounding it")
-    _record(problem, result, reference, certificate, directory, figures=config.figures)
+        _record_result(problem, result, certificate, directory)
+    reference = best_published(problem)
     _show(problem, result, reference, certificate, directory)
+    if config.figures:
+        _draw(problem, result, reference, directory)
     return INTERRUPTED if result.status == "interrupted" else 0
 
 
-def _record(
-    problem: Problem,
-    result: Result,
-    reference: Program | None,
-    certificate: Certificate | None,
-    directory: RunDirectory,
-    *,
-    figures: bool,
-) -> None:
-    settings = result.best.settings
-    directory.write_program(problem.stand, settings)
+def _record(problem: Problem, result: Result, directory: RunDirectory) -> None:
+    directory.write_program(problem.stand, result.best.settings)
     directory.write_alternatives(problem.stand, result.solutions)
     directory.write_history(result.history)
-    if figures:
-        from acalx.reporting.figures import draw_convergence, draw_entries, draw_positions
+    _record_result(problem, result, None, directory)
 
-        stimulus = problem.stand.stimulus(settings)
-        if stimulus.specific_force is not None:
-            draw_positions(stimulus.specific_force, directory.path, f"{problem.n} positions of the vertical")
-        draw_convergence(result.history, directory.path)
-        entries = {"this program": problem.model.regressors(stimulus)}
-        if reference is not None:
-            feels = problem.stand.stimulus(reference.settings_for(problem.stand))
-            entries[reference.name] = problem.model.regressors(feels)
-        draw_entries(entries, directory.path)
+
+def _record_result(problem: Problem, result: Result, certificate: Certificate | None, directory: RunDirectory) -> None:
     directory.write_result(
         result.status,
         result.message,
-        metrics=figures_of_merit(problem.information(settings)),
+        metrics=figures_of_merit(problem.information(result.best.settings)),
         loss=result.best.loss,
         evaluations=result.evaluations,
         seconds=result.seconds,
@@ -107,6 +93,20 @@ def _record(
         alternatives=len(result.solutions) - 1,
         certificate=None if certificate is None else asdict(certificate),
     )
+
+
+def _draw(problem: Problem, result: Result, reference: Program | None, directory: RunDirectory) -> None:
+    from acalx.reporting.figures import draw_convergence, draw_entries, draw_positions
+
+    stimulus = problem.stand.stimulus(result.best.settings)
+    if stimulus.specific_force is not None:
+        draw_positions(stimulus.specific_force, directory.path, f"{problem.n} positions of the vertical")
+    draw_convergence(result.history, directory.path)
+    entries = {"this program": problem.model.regressors(stimulus)}
+    if reference is not None:
+        feels = problem.stand.stimulus(reference.settings_for(problem.stand))
+        entries[reference.name] = problem.model.regressors(feels)
+    draw_entries(entries, directory.path)
 
 
 def _show(

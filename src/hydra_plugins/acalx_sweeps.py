@@ -15,8 +15,6 @@ from hydra.core.utils import JobReturn, JobStatus
 from hydra.errors import HydraException
 from omegaconf.errors import OmegaConfBaseException
 
-from acalx import launch
-
 __all__ = ["AcalxLauncher", "AcalxSweeper"]
 
 
@@ -31,6 +29,8 @@ class AcalxLauncher(BasicLauncher):
             try:
                 returns += super().launch([overrides], number)
             except (HydraException, OmegaConfBaseException) as error:
+                from acalx import launch  # Hydra imports this file for every program of the environment
+
                 directory = Path(str(self.config.hydra.sweep.dir)) / str(number)
                 launch.record_refusal(directory, error, list(overrides))
                 refused = JobReturn()

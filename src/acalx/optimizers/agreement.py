@@ -11,7 +11,7 @@ from acalx.arrays import Array
 from acalx.optimizers.base import Solution
 from acalx.problem import Problem
 
-__all__ = ["Verdict", "distinct_solutions", "judge"]
+__all__ = ["Verdict", "distinct_solutions", "fewest_starts", "judge"]
 
 _TIMES = 3
 
@@ -51,6 +51,17 @@ class Verdict:
         if self.minima == 1:
             return f"all {self.starts} starts led to the same minimum"
         return f"{self.starts} starts led to {self.minima} different minima, {self.best} of them to the best"
+
+
+def fewest_starts(problem: Problem) -> int:
+    """So many descents are made before any verdict counts.
+
+    Where the stand's limits or kinks of the criterion cut the landscape up, a few descents can
+    agree on a poor minimum that most of the landscape leads to.
+    """
+    if not all(setting.full_turn for setting in problem.stand.settings):
+        return 64
+    return 24 if problem.criterion.terms().ceilings else 8
 
 
 def judge(losses: Array, agreement: float) -> Verdict:

@@ -10,7 +10,7 @@ import numpy as np
 
 from acalx.arrays import Array
 from acalx.errors import ArgumentError
-from acalx.optimizers.agreement import distinct_solutions, judge
+from acalx.optimizers.agreement import distinct_solutions, fewest_starts, judge
 from acalx.optimizers.base import Account, Optimizer, Result, Status
 from acalx.optimizers.descent import descend
 from acalx.optimizers.options import require_count, require_positive
@@ -117,9 +117,9 @@ class DifferentialEvolution(Optimizer):
                 ends, end_losses = descent.settings, descent.loss
             settings, losses = np.concatenate([settings, ends]), np.concatenate([losses, end_losses])
             best = int((losses <= losses.min() + self.agreement).sum())
-            verdict = judge(losses, self.agreement)
+            enough = judge(losses, self.agreement).settled and len(losses) >= fewest_starts(problem)
             counted = f"{best} of {len(losses)} programs from {len(raw)} restarts"
-            if len(raw) >= self.agree and best >= self.agree and (verdict.settled or not self.polish):
+            if len(raw) >= self.agree and best >= self.agree and (enough or not self.polish):
                 message = f"stopped early: {counted} agree on the best loss"
                 break
             if len(raw) >= self.restarts or not np.isfinite(losses.min()):

@@ -8,7 +8,7 @@ from typing import final
 import numpy as np
 
 from acalx.arrays import Array
-from acalx.optimizers.agreement import distinct_solutions, judge
+from acalx.optimizers.agreement import distinct_solutions, fewest_starts, judge
 from acalx.optimizers.base import Account, Optimizer, Result, Status, refuse_steps
 from acalx.optimizers.descent import descend
 from acalx.optimizers.options import require_count, require_positive
@@ -32,6 +32,7 @@ class Gradient(Optimizer):
         Most starts.
     batch : int
         Starts that descend together at first; where they don't agree, their number doubles.
+        On stands with limits, and for criteria with kinks, it begins with more.
     agreement : float
         Losses that differ by less are the same minimum. A difference of 1e-5 in the loss of D
         is one of 0.00006 % in standard deviations for nine parameters.
@@ -65,9 +66,10 @@ class Gradient(Optimizer):
         losses = np.empty(0)
         status: Status = "ok"
         largest = max(self.batch, problem.chunk)
+        fewest = min(fewest_starts(problem), self.starts)
         while True:
             # as many again as before: a large stack costs far less than many small ones
-            count = min(max(self.batch, len(losses)), self.starts - len(losses), largest)
+            count = min(max(self.batch, fewest - len(losses), len(losses)), self.starts - len(losses), largest)
             account.fraction = len(losses) / self.starts
             descent = descend(
                 problem,
@@ -79,7 +81,7 @@ class Gradient(Optimizer):
             settings += list(descent.settings)
             losses = np.concatenate([losses, descent.loss])
             verdict = judge(losses, self.agreement)
-            if verdict.settled:
+            if verdict.settled and len(losses) >= fewest:
                 message = f"stopped early, the starts agree: {verdict}"
                 break
             if len(losses) >= self.starts:
