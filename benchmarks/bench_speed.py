@@ -67,7 +67,7 @@ def solve(optimizer, n: int, seed: int) -> None:
     assert math.exp(result.best.loss) <= LIMIT[n]
 
 
-def compare_with_scipy_de(comparison, scipy_de, optimizer, n: int, times: float) -> None:
+def faster_than_scipy_de(comparison, scipy_de, optimizer, n: int, times: float) -> bool:
     rounds = 10
     solve(optimizer, n, rounds)  # imports
 
@@ -78,17 +78,17 @@ def compare_with_scipy_de(comparison, scipy_de, optimizer, n: int, times: float)
     comparison(lambda seed: solve(optimizer, n, seed), in_the_middle, rounds)
     seconds, reached = scipy_de(n)
     comparison.theirs[:] = [seconds]
-    comparison.require_faster(times, f"scipy ended {max(0.0, reached / BEST[n] - 1):.0e} above the best D")
+    return comparison.faster(times, f"scipy ended {max(0.0, reached / BEST[n] - 1):.0e} above the best D")
 
 
 @SIZES
 def test_gradient_beside_scipy_de(comparison, scipy_de, n):
-    compare_with_scipy_de(comparison, scipy_de, Gradient(), n, 300)
+    assert faster_than_scipy_de(comparison, scipy_de, Gradient(), n, 300)
 
 
 @SIZES
 def test_de_beside_scipy_de(comparison, scipy_de, n):
-    compare_with_scipy_de(comparison, scipy_de, DifferentialEvolution(), n, 20)
+    assert faster_than_scipy_de(comparison, scipy_de, DifferentialEvolution(), n, 20)
 
 
 @SIZES
@@ -100,7 +100,7 @@ def test_gradient_beside_ten_starts_of_scipy_lbfgsb(comparison, n):
         reached.append(math.exp(min(minimize(plain_loss, start, method="L-BFGS-B").fun for start in starts)))
 
     comparison(lambda seed: solve(Gradient(), n, seed), ten_starts, rounds=9)
-    comparison.require_faster(3, f"scipy ended {max(0.0, np.median(reached) / BEST[n] - 1):.0e} above the best D")
+    assert comparison.faster(3, f"scipy ended {max(0.0, np.median(reached) / BEST[n] - 1):.0e} above the best D")
 
 
 def test_batched_loss_beside_slogdet_at_9_positions(comparison):
@@ -121,7 +121,7 @@ def test_batched_loss_beside_slogdet_at_9_positions(comparison):
 
     np.testing.assert_allclose(ours(0), plain(0), rtol=1e-6)
     comparison(ours, plain, rounds=40)
-    comparison.require_faster(1.5, f"{len(calls)} calls with 1000 programs each")
+    assert comparison.faster(1.5, f"{len(calls)} calls with 1000 programs each")
 
 
 def test_whole_command_beside_its_imports(comparison, tmp_path):
@@ -134,7 +134,7 @@ def test_whole_command_beside_its_imports(comparison, tmp_path):
     ours, theirs = command(job), command(imports)
     ours(0), theirs(0)  # files come from the disk the first time
     comparison(ours, theirs, rounds=15)
-    comparison.require_at_most(1.5)
+    assert comparison.at_most(1.5)
 
 
 @pytest.mark.parametrize("criterion", ["d", "d_fair"])

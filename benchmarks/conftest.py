@@ -44,17 +44,17 @@ class Comparison:
         """Median times, ours and theirs."""
         return self.benchmark.stats.stats.median, median(self.theirs)
 
-    def require_faster(self, times: float, remark: str = "") -> None:
-        """Ours must be so many times faster."""
+    def faster(self, times: float, remark: str = "") -> bool:
+        """Whether ours is so many times faster; reports it."""
         ours, theirs = self.seconds
         self.report(f">= {times:g} x", f"{theirs / ours:.1f} x", remark)
-        assert theirs / ours >= times
+        return theirs / ours >= times
 
-    def require_at_most(self, times: float, remark: str = "") -> None:
-        """Ours must take no longer than so many times theirs."""
+    def at_most(self, times: float, remark: str = "") -> bool:
+        """Whether ours takes no longer than so many times theirs; reports it."""
         ours, theirs = self.seconds
         self.report(f"<= {times:g} x", f"{ours / theirs:.2f} x", remark)
-        assert ours / theirs <= times
+        return ours / theirs <= times
 
     def report(self, required: str, measured: str, remark: str) -> None:
         ours, theirs = self.seconds

@@ -70,7 +70,11 @@ class Certificate:
             return f"no bound: {self.method}"
         if self.proved:
             return f"proved optimal: no program of as many positions is better (efficiency {self.efficiency:.6f})"
-        return f"efficiency {self.efficiency:.5f}: no program of as many positions goes below {self.bound:.6g}"
+        value = math.exp(math.log(self.bound or 0.0) + (self.gap or 0.0))
+        return (
+            f"efficiency {self.efficiency:.5f}: the criterion is {value:.6g} here, "
+            f"and no program of as many positions gets it below {self.bound:.6g}"
+        )
 
 
 @dataclass(frozen=True)

@@ -13,6 +13,7 @@ from hydra.errors import (
     OverrideParseException,
 )
 from omegaconf.errors import MissingMandatoryValue, ValidationError
+from yaml import YAMLError
 
 from acalx.errors import AcalxError
 
@@ -51,6 +52,8 @@ def explain(error: BaseException, overrides: Sequence[str] = (), config_name: st
     if str(error).startswith("Config group override must be"):
         empty = [argument for argument in overrides if argument.endswith("=null")]
         return f"{' '.join(empty)}: a group takes the name of one of its options, as in criterion=d"
+    if isinstance(error, YAMLError):
+        return f"can't read a YAML file: {' '.join(str(error).split())}"
     if isinstance(error, OSError):
         return f"can't write to {error.filename}: {error.strerror}; choose another directory by hydra.run.dir=DIRECTORY"
     return _first_line(error)

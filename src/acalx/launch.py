@@ -9,7 +9,10 @@ from __future__ import annotations
 import contextlib
 import json
 import os
+import re
+import signal
 import sys
+import threading
 import traceback
 import uuid
 from collections.abc import Callable, Iterator, Sequence
@@ -26,6 +29,7 @@ from hydra.experimental.callback import Callback
 from hydra.types import RunMode
 from omegaconf import DictConfig, OmegaConf
 from omegaconf.errors import OmegaConfBaseException
+from yaml import YAMLError
 
 from acalx.errors import AcalxError, ArgumentError
 from acalx.explain import explain, suggestion
@@ -35,6 +39,7 @@ from acalx.reporting.tables import align
 __all__ = ["Entry", "SweepReport", "build", "launch", "record_refusal"]
 
 FAILED, INTERRUPTED = 1, 130
+_TRACEBACK = re.compile(r"traceback ?= ?(true|1|yes|on)")
 Task = Callable[[DictConfig, RunDirectory], int]
 
 
@@ -64,11 +69,15 @@ class _State:
     """The entry point of this process and the exit statuses of its jobs."""
 
     config_name = "config"
+    traceback = False
     statuses: list[int] = []  # noqa: RUF012 - one process, one command line
 
 
 def launch(entry: Entry) -> int:
     """Run an entry point with the arguments of the command line; returns the exit status."""
+    if threading.current_thread() is threading.main_thread():
+        signal.signal(signal.SIGTERM, signal.default_int_handler)  # a batch system's limit is an interrupt too
+    _State.traceback = False
     if "" not in sys.path and os.getcwd() not in sys.path:
         sys.path.insert(0, os.getcwd())  # a criterion beside the user, with the console script too
     ConfigStore.instance().store(name=f"{entry.name}_schema", node=entry.schema)
@@ -89,7 +98,7 @@ def launch(entry: Entry) -> int:
     except KeyboardInterrupt:
         print("acalx: interrupted", file=sys.stderr)
         return INTERRUPTED
-    except (HydraException, OmegaConfBaseException, ValueError, OSError) as error:
+    except (HydraException, OmegaConfBaseException, ValueError, OSError, YAMLError) as error:
         if isinstance(error, OSError) and not isinstance(error, HydraException):
             _say(explain(error), error)  # there is no directory to record it in
             return FAILED
@@ -152,6 +161,7 @@ class SweepReport(Callback):
 def _run_job(entry: Entry, config: DictConfig, path: Path, overrides: list[str]) -> int:
     """One job; whatever happens is said and recorded."""
     directory = None
+    _State.traceback = config.get("traceback") is True
     try:
         directory = RunDirectory(path, overrides)
         _refuse_unknown(config, entry.schema)
@@ -191,7 +201,8 @@ def _say(message: str, error: BaseException) -> None:
 
 
 def _wants_traceback() -> bool:
-    return "traceback=true" in (argument.lower().replace(" ", "") for argument in sys.argv)
+    """As the composed configuration says, or the command line where nothing could be composed."""
+    return _State.traceback or any(_TRACEBACK.fullmatch(argument.strip().lower()) for argument in sys.argv)
 
 
 def _directory_of(overrides: Sequence[str]) -> Path:

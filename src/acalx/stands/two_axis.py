@@ -96,6 +96,11 @@ class TwoAxis(Stand):
         for k, setting in enumerate(self.settings):
             first[..., k] = setting.reach(first[..., k])
             second[..., k] = setting.reach(second[..., k])
+        inner = self.settings[1]
+        free = np.hypot(y, z) < 1e-12  # along the first axis the second angle does not matter
+        any_angle = min(max(0.0, inner.lower), inner.upper) if inner.step is None else inner.stops()[0]
+        for angles in (first, second):
+            angles[..., 1] = np.where(free & ~inner.allows(angles[..., 1]), any_angle, angles[..., 1])
         use_second = self.allows(second) & ~self.allows(first)
         return np.where(use_second[..., None], second, first)
 
