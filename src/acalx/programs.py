@@ -26,7 +26,7 @@ _UNIT_TOLERANCE = 1e-3
 _MOST_POSITIONS = 1_000_000
 _MOST_BYTES = 2**28
 _COSINES = (("eta_x", "eta_y", "eta_z"), ("x", "y", "z"))
-_IGNORED = ("position", "label", "comment")
+_IGNORED = ("position", "label", "comment", "fixed")
 _COLUMNS = (
     "a header names angles in degrees, as in 'alpha1_deg,alpha2_deg', or the vertical in sensor axes, "
     f"'eta_x,eta_y,eta_z' or 'x,y,z'; {', '.join(_IGNORED)} are allowed and not read"

@@ -17,7 +17,7 @@ from acalx.metrics import best_published, figures_of_merit
 from acalx.models import Model
 from acalx.optimizers import Optimizer, Result
 from acalx.problem import Problem
-from acalx.programs import Program
+from acalx.programs import Program, find_program
 from acalx.recording import RunDirectory
 from acalx.reporting.progress import Progress
 from acalx.reporting.tables import align, figures_table, program_table
@@ -35,6 +35,8 @@ class RunConfig:
     criterion: Any = None
     optimizer: Any = None
     n: Any = 9
+    fixed: Any = None
+    replicates: Any = True
     seed: Any = 0
     certificate: bool = True
     figures: bool = True
@@ -53,7 +55,8 @@ def design(config: DictConfig, directory: RunDirectory) -> int:
     n = config.n
     if isinstance(n, float) and n.is_integer():
         n = int(n)  # 1e9 is a float in YAML
-    problem = Problem(stand, model, criterion, n)
+    fixed = None if config.fixed is None else find_program(str(config.fixed)).settings_for(stand)
+    problem = Problem(stand, model, criterion, n, fixed, config.replicates)
     progress = Progress()
     try:
         result: Result = optimizer.solve(problem, np.random.default_rng(seed), progress)
@@ -75,7 +78,7 @@ def design(config: DictConfig, directory: RunDirectory) -> int:
 
 
 def _record(problem: Problem, result: Result, directory: RunDirectory) -> None:
-    directory.write_program(problem.stand, result.best.settings)
+    directory.write_program(problem.stand, result.best.settings, problem.held)
     directory.write_alternatives(problem.stand, result.solutions)
     directory.write_history(result.history)
     _record_result(problem, result, None, directory)
@@ -121,7 +124,7 @@ def _show(
     if reference is not None:
         other = reference.settings_for(problem.stand)
         columns[reference.name] = figures_of_merit(problem.information(other))
-    print(program_table(problem.stand, settings))
+    print(program_table(problem.stand, settings, problem.held))
     print()
     print(align(figures_table(columns)))
     print()

@@ -67,10 +67,10 @@ class Exchange(Optimizer):
     chains: int = 3
     agree: int = 2
     agreement: float = 1e-6
-    starts: int = 32
-    elite: int = 8
+    starts: int = 100
+    elite: int = 10
     copies: int = 4
-    patience: int = 6
+    patience: int = 12
     candidates: int = 2000
 
     def __post_init__(self) -> None:
@@ -106,12 +106,16 @@ class Exchange(Optimizer):
         starts = self._starts(problem, candidates, rng, account)
         settings, losses = self._best(*self._exchanged(problem, starts, candidates, account))
         idle = 0
-        while idle < self.patience and len(losses):
-            before = losses[0]
+        while idle < self.patience and np.isfinite(losses).all():
+            before = losses.min()
             new = self._changed(problem, settings, rng)
             more, more_losses = self._exchanged(problem, new, candidates, account)
-            settings, losses = self._best(np.concatenate([settings, more]), np.concatenate([losses, more_losses]))
-            idle = 0 if losses[0] < before - self.agreement else idle + 1
+            # each of the elite is followed by its own copies only, so that not all become alike
+            own = more_losses.reshape(len(losses), -1)
+            best = own.argmin(axis=1) + np.arange(len(losses)) * self.copies
+            better = more_losses[best] < losses - _SAME
+            settings[better], losses[better] = more[best[better]], more_losses[best[better]]
+            idle = 0 if losses.min() < before - self.agreement else idle + 1
         if not all(setting.step is not None for setting in problem.stand.settings):
             polished = settle(problem, settings, account=account)
             return self._best(polished.settings, polished.loss)
@@ -125,13 +129,12 @@ class Exchange(Optimizer):
         return np.concatenate([self._rounded(problem, random[:half], candidates, account), random[half:]])
 
     def _rounded(self, problem: Problem, starts: Array, candidates: Candidates | None, account: Account) -> Array:
-        """Minima of the stand without its steps, rounded to candidates; those that are permitted and regular."""
+        """Minima of the stand without its steps, rounded to candidates."""
         limits = problem.limits_around(starts, hold=[False] * problem.d)
         unseen = Account()  # these programs are not on the stand's stops
         descent = descend(problem, starts, account=unseen, limits=limits, tolerance=_COARSE, iterations=_STEPS)
         account.evaluations += unseen.evaluations
-        rounded = nearest(problem, descent.settings, candidates)
-        return np.asarray(rounded[np.isfinite(problem.loss(rounded))])
+        return nearest(problem, descent.settings, candidates)
 
     def _exchanged(
         self, problem: Problem, starts: Array, candidates: Candidates | None, account: Account
@@ -142,15 +145,15 @@ class Exchange(Optimizer):
         return descent.settings, descent.loss
 
     def _best(self, settings: Array, losses: Array) -> tuple[Array, Array]:
-        """The elite, each program once."""
+        """The elite, each program once; where none is regular, any one."""
         order = np.argsort(losses, kind="stable")
-        order = order[np.isfinite(losses[order])]
+        order = order[: max(1, int(np.isfinite(losses).sum()))]
         new = np.diff(losses[order], prepend=-np.inf) > _SAME
         order = order[new][: self.elite]
         return settings[order], losses[order]
 
     def _changed(self, problem: Problem, settings: Array, rng: np.random.Generator) -> Array:
-        """Copies with some positions drawn anew, those that are permitted and regular."""
+        """Copies with some positions drawn anew."""
         programs = np.repeat(settings, self.copies, axis=0)
         free = problem.n - problem.held
         changed = np.minimum(rng.integers(1, _MOST_CHANGED + 1, len(programs)), free)
@@ -158,5 +161,4 @@ class Exchange(Optimizer):
         which = np.zeros((len(programs), problem.n), dtype=bool)
         which[:, problem.held :] = ranks < changed[:, None]
         programs[which] = problem.stand.random(rng, (int(which.sum()),))
-        programs = problem.apart(programs, rng)
-        return np.asarray(programs[np.isfinite(problem.loss(programs))])
+        return problem.apart(programs, rng)

@@ -100,9 +100,16 @@ class RunDirectory:
         """Write a file of text."""
         (self.path / name).write_text(text, encoding="utf-8")
 
-    def write_program(self, stand: Stand, settings: Array) -> None:
-        """program.csv: angles in degrees and the unit vector of the vertical in sensor axes."""
-        self._write_table("program.csv", ["position", *_columns(stand)], _rows(stand, settings))
+    def write_program(self, stand: Stand, settings: Array, held: int = 0) -> None:
+        """program.csv: angles in degrees and the unit vector of the vertical in sensor axes.
+
+        Where the first positions are held, a last column says which are fixed and which were chosen.
+        """
+        header, rows = ["position", *_columns(stand)], _rows(stand, settings)
+        if held:
+            header.append("fixed")
+            rows = [[*row, "yes" if number <= held else "no"] for number, row in enumerate(rows, 1)]
+        self._write_table("program.csv", header, rows)
 
     def write_alternatives(self, stand: Stand, solutions: Iterable[Solution]) -> None:
         """alternatives.csv: all programs that are equally good, the best first."""

@@ -32,14 +32,14 @@ def markdown(rows: Sequence[Sequence[str]]) -> str:
     return "\n".join("| " + " | ".join(line) + " |" for line in lines)
 
 
-def program_table(stand: Stand, settings: Array, most: int = 60) -> str:
-    """Positions of a program with its angles in degrees and the vertical in sensor axes."""
+def program_table(stand: Stand, settings: Array, held: int = 0, most: int = 60) -> str:
+    """Positions of a program with its angles in degrees and the vertical in sensor axes; the first ones are fixed."""
     force = stand.stimulus(settings).specific_force
     rows = [["position", *(f"{name} deg" for name in stand.names)]]
     if force is not None:
         rows[0] += ["eta x", "eta y", "eta z"]
     for k, angles in enumerate(np.degrees(settings)[:most]):
-        row = [str(k + 1), *(f"{angle + 0.0:.2f}" for angle in angles)]
+        row = [f"{k + 1} fixed" if k < held else str(k + 1), *(f"{angle + 0.0:.2f}" for angle in angles)]
         if force is not None:
             row += [f"{value:+.4f}" for value in np.round(force[k], 4) + 0.0]
         rows.append(row)

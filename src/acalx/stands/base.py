@@ -19,7 +19,8 @@ __all__ = ["Setting", "Stand"]
 _TURN = 2.0 * math.pi
 # Relative slack when comparing angles that went through degrees and back.
 _SLACK = 1e-9
-# So many random settings are drawn before a stand counts as forbidden everywhere.
+# So many random settings are drawn, so many times, before a stand counts as forbidden everywhere.
+_DRAWN = 64
 _MOST_DRAWS = 200
 
 
@@ -248,8 +249,11 @@ class Stand(ABC):
         for _ in range(_MOST_DRAWS):
             if not forbidden.any():
                 return settings
-            settings[forbidden] = self._anywhere(rng, (int(forbidden.sum()),))
-            forbidden[forbidden] = self.forbids(settings[forbidden])
+            drawn = self._anywhere(rng, (int(forbidden.sum()), _DRAWN))
+            wrong = self.forbids(drawn)
+            first = wrong.argmin(axis=1)  # the first that is allowed
+            settings[forbidden] = drawn[range(len(drawn)), first]
+            forbidden[forbidden] = wrong[range(len(drawn)), first]
         raise CompatibilityError(
             f"the forbidden zones of stand {type(self).__name__} leave next to nothing of its range: "
             "make them smaller, or the limits of its angles wider"
