@@ -218,7 +218,7 @@ def test_limits_that_leave_nothing_are_said():
 
 
 def test_fixed_positions_that_leave_nothing_to_choose():
-    with pytest.raises(ArgumentError, match="n=9 with 9 fixed positions leaves nothing to choose.* n=10 or more"):
+    with pytest.raises(ArgumentError, match=r"n=9 with 9 fixed positions leaves nothing to choose.* n=10 or more"):
         problem(TwoAxis(), n=9, fixed=FIXED.settings_for(TwoAxis()))
 
 

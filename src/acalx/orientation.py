@@ -1,0 +1,216 @@
+"""Rotations of a program that cost its criterion nothing, chosen by a second criterion.
+
+Where every direction can be set and a criterion does not change when all positions are rotated
+together, its best programs come in families of three parameters. Any of a family may be taken:
+so the one that is best by another criterion.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from acalx.arrays import Array
+from acalx.criteria import Criterion
+from acalx.errors import CompatibilityError
+from acalx.information import Information, Parameter
+from acalx.optimizers import Account, Solution
+from acalx.optimizers.descent import descend
+from acalx.problem import Problem
+from acalx.stimulus import Stimulus
+
+__all__ = ["Orientation", "orient"]
+
+_TOLERANCE, _ITERATIONS = 1e-6, 200  # of a descent
+_TRIALS = 8  # random rotations for which the first criterion must stay the same
+_INVARIANT = 1e-9
+_DRAWN = 500  # random rotations of each program, of which so many of the best are descended from
+_STARTS = 6
+_MOST_PROGRAMS = 8  # of those that are equally good
+
+
+@dataclass(frozen=True)
+class Orientation:
+    """A program and its rotation.
+
+    Parameters
+    ----------
+    solution : Solution
+        The rotated program, with its loss by the first criterion.
+    before, after : float
+        Loss by the second criterion.
+    """
+
+    solution: Solution
+    before: float
+    after: float
+
+
+def orient(
+    problem: Problem, solutions: tuple[Solution, ...], second: Criterion, rng: np.random.Generator
+) -> Orientation:
+    """The rotation of one of several equally good programs that is best by a second criterion.
+
+    Parameters
+    ----------
+    problem : Problem
+    solutions : tuple of Solution
+    second : Criterion
+    rng : numpy Generator
+
+    Raises
+    ------
+    CompatibilityError
+        Where positions can't be rotated freely, or the problem's criterion changes when they are.
+    """
+    _check(problem, solutions[0], second, rng)
+    before = float(problem.with_criterion(second).loss(solutions[0].settings))
+    best = solutions[0].settings
+    least = before
+    for solution in solutions[:_MOST_PROGRAMS]:
+        rotations = _Rotations(problem, _directions(problem, solution.settings), second)
+        drawn = np.concatenate([np.zeros((1, 1, 3)), rng.normal(0.0, 1.5, (_DRAWN, 1, 3))])
+        drawn = drawn[rotations.possible(drawn)]
+        starts = drawn[np.argsort(rotations.loss(drawn), kind="stable")[:_STARTS]]
+        descent = descend(rotations, starts, account=Account(), tolerance=_TOLERANCE, iterations=_ITERATIONS)
+        settings = rotations.settings(descent.settings)
+        losses = np.where(problem.permits(settings), descent.loss, np.inf)
+        k = int(losses.argmin())
+        if losses[k] < least:
+            best, least = problem.canonical(settings[k]), float(losses[k])
+    return Orientation(Solution(best, float(problem.loss(best))), before, least)
+
+
+def _check(problem: Problem, solution: Solution, second: Criterion, rng: np.random.Generator) -> None:
+    stand, needs = type(problem.stand).__name__, problem.model.needs
+    second.check(problem.parameters)
+    if problem.held:
+        raise CompatibilityError("orient: fixed positions can't be rotated; leave out orient= or fixed=")
+    if problem.stand.stepped:
+        raise CompatibilityError(f"orient: stand {stand} stops at steps only, so programs can't be rotated freely")
+    if tuple(needs) != ("specific_force",):
+        raise CompatibilityError(
+            f"orient: model {type(problem.model).__name__} needs {', '.join(needs)}; "
+            "only what the specific force alone decides can be rotated"
+        )
+    rotations = _Rotations(problem, _directions(problem, solution.settings), problem.criterion)
+    trials = rng.normal(0.0, 1.5, (_TRIALS, 1, 3))
+    change = np.abs(rotations.loss(trials) - solution.loss).max()
+    if not change < _INVARIANT * (1.0 + abs(solution.loss)):
+        raise CompatibilityError(
+            f"orient: criterion {problem.criterion.label} changes by {change:.2g} in loss when the program is rotated, "
+            "so that no rotation is free; design for a product of both criteria instead"
+        )
+
+
+def _directions(problem: Problem, settings: Array) -> Array:
+    force = problem.stand.stimulus(settings).specific_force
+    assert force is not None  # the model needs it
+    return force
+
+
+@dataclass(frozen=True)
+class _Rotations:
+    """The rotations of one program as a landscape: settings (s, 1, 3) are rotation vectors in rad."""
+
+    problem: Problem
+    directions: Array  # (n, 3)
+    criterion: Criterion
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        return self.problem.parameters
+
+    @property
+    def restricted(self) -> bool:
+        return not all(setting.full_turn for setting in self.problem.stand.settings) or self.problem.restricted
+
+    def settings(self, vectors: Array) -> Array:
+        """Settings of the stand (s, n, d) for rotation vectors (s, 1, 3)."""
+        return self.problem.stand.aim(self._rotated(vectors))
+
+    def possible(self, vectors: Array) -> np.ndarray:
+        """Which rotations (s, 1, 3) the stand can take."""
+        settings = self.settings(vectors)
+        return np.asarray(self.problem.stand.allows(settings, tolerance=1e-7).all(axis=-1))
+
+    def limits_around(self, settings: Array) -> tuple[Array, Array]:
+        infinite = np.full((len(settings), 3), np.inf)
+        return -infinite, infinite
+
+    def project(self, settings: Array, allowed: Array) -> Array:
+        return np.where(self.possible(settings)[:, None, None], settings, allowed)
+
+    def loss_of(self, information: Information, criterion: Criterion | None = None) -> Array:
+        return self.problem.loss_of(information, criterion or self.criterion)
+
+    def gradient_of(self, information: Information, criterion: Criterion | None = None) -> Array:
+        return self.problem.gradient_of(information, criterion or self.criterion)
+
+    def loss(self, settings: Array) -> Array:
+        return self.loss_of(self.information(settings))
+
+    def information(self, settings: Array) -> Information:
+        return self.linearize(settings).information
+
+    def linearize(self, settings: Array) -> _Rotated:
+        stimulus = Stimulus(specific_force=self._rotated(settings))
+        regressors = self.problem.model.regressors(stimulus)
+        return _Rotated(self, settings, stimulus, regressors, Information.from_regressors(regressors, self.parameters))
+
+    def loss_and_gradient(self, settings: Array) -> tuple[Array, Array]:
+        at = self.linearize(settings)
+        return self.loss_of(at.information), at.pull(self.gradient_of(at.information))
+
+    def _rotated(self, vectors: Array) -> Array:
+        return np.asarray(self.directions @ _matrices(vectors[:, 0, :]).swapaxes(-1, -2))
+
+
+@dataclass(frozen=True)
+class _Rotated:
+    """Information of rotated programs, ready to pull a gradient back to the rotation vectors."""
+
+    rotations: _Rotations
+    vectors: Array
+    stimulus: Stimulus
+    regressors: Array
+    information: Information
+    permitted: np.ndarray | None = None
+
+    def pull(self, gradient: Array) -> Array:
+        rows = 2.0 * (self.regressors @ gradient[..., None, :, :])
+        derivative = self.rotations.problem.model.derivative(self.stimulus).specific_force
+        force = self.stimulus.specific_force
+        assert force is not None  # the model needs it and it was given above
+        assert derivative is not None
+        by_force = np.einsum("snmp,snmpk->snk", rows, derivative)
+        # a turn by a small vector t adds t x force; what the rotation vector must change for it
+        torque = np.cross(force, by_force).sum(axis=-2)
+        return np.asarray((_left_jacobian(self.vectors[:, 0, :]).swapaxes(-1, -2) @ torque[..., None])[:, None, :, 0])
+
+
+def _crosses(vectors: Array) -> Array:
+    """Matrices (s, 3, 3) of the cross product with vectors (s, 3)."""
+    x, y, z = vectors.T
+    zero = np.zeros_like(x)
+    return np.stack([zero, -z, y, z, zero, -x, -y, x, zero], axis=-1).reshape(-1, 3, 3)
+
+
+def _matrices(vectors: Array) -> Array:
+    """Rotation matrices (s, 3, 3) of rotation vectors (s, 3), by Rodrigues' formula."""
+    angle = np.linalg.norm(vectors, axis=-1)[:, None, None]
+    cross = _crosses(vectors)
+    return np.asarray(
+        np.eye(3) + np.sinc(angle / np.pi) * cross + 0.5 * np.sinc(angle / (2 * np.pi)) ** 2 * (cross @ cross)
+    )
+
+
+def _left_jacobian(vectors: Array) -> Array:
+    """Small turns after a rotation by small changes of its rotation vector, (s, 3, 3)."""
+    angle = np.linalg.norm(vectors, axis=-1)[:, None, None]
+    cross = _crosses(vectors)
+    small = angle < 1e-4
+    safe = np.where(small, 1.0, angle)
+    third = np.where(small, 1.0 / 6.0 - angle**2 / 120.0, (safe - np.sin(safe)) / safe**3)
+    return np.asarray(np.eye(3) + 0.5 * np.sinc(angle / (2 * np.pi)) ** 2 * cross + third * (cross @ cross))
