@@ -269,6 +269,14 @@ def test_a_stand_may_have_any_angles(tmp_path):
     np.testing.assert_array_equal(program.settings_for(Gimbals()), np.radians([[45.0, 90.0]]))
 
 
+def test_a_rate_is_in_degrees_per_second(tmp_path):
+    program = read_program(written(tmp_path, "rate_deg_s,tilt_deg\n-90,45\n"))
+    assert program.columns == ("rate_deg_s", "tilt_deg")
+    np.testing.assert_array_equal(program.settings, np.radians([[-90.0, 45.0]]))
+    with pytest.raises(CompatibilityError, match="gives rate_deg_s, tilt_deg, but stand Gimbals needs outer_deg"):
+        program.settings_for(Gimbals())
+
+
 def test_a_file_program_says_where_it_is_from(tmp_path):
     path = written(tmp_path, COSINES)
     program = find_program(str(path))

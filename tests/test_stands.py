@@ -11,6 +11,7 @@ import parts
 from acalx.errors import ArgumentError, CompatibilityError
 from acalx.stands import Setting, Stand, TwoAxis
 from acalx.testing import check_stand
+from acalx.units import DEGREE_PER_SECOND
 
 NAN, INF = math.nan, math.inf
 
@@ -160,3 +161,13 @@ def test_bad_settings(arguments: tuple[object, ...], quoted: str) -> None:
     with pytest.raises(ArgumentError) as caught:
         Setting("roll", *arguments)  # type: ignore[arg-type]
     assert quoted in str(caught.value)
+
+
+def test_a_setting_may_be_a_rate() -> None:
+    rate = Setting("rate", *np.radians([-60.0, 60.0]), math.radians(20.0), False, DEGREE_PER_SECOND)
+    assert (rate.column, rate.limits) == ("rate_deg_s", "rate_deg_s=[-60, 60]")
+    np.testing.assert_array_equal(rate.unit.write(rate.stops()), np.arange(-60, 61, 20))
+    with pytest.raises(ArgumentError, match="rate_deg_s: only an angle is periodic"):
+        Setting("rate", -1.0, 1.0, unit=DEGREE_PER_SECOND)
+    with pytest.raises(ArgumentError, match=r"step_deg_s=-5: .* positive number of degrees per second"):
+        Setting("rate", -1.0, 1.0, math.radians(-5.0), False, DEGREE_PER_SECOND)

@@ -78,7 +78,7 @@ class Problem:
     def canonical(self, settings: Array) -> Array:
         """The same program with whole turns taken off and positions sorted by their angles."""
         wrapped = self.stand.wrap(settings)
-        order = np.lexsort(np.round(np.degrees(wrapped), 6).T[::-1])
+        order = np.lexsort(np.round(self.stand.written(wrapped), 6).T[::-1])
         return np.asarray(wrapped[order])
 
     def information(self, settings: Array) -> Information:

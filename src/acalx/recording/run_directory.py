@@ -21,13 +21,11 @@ from acalx.errors import ArgumentError
 from acalx.optimizers import Solution
 from acalx.stands import Stand
 
-__all__ = ["RunDirectory", "degrees", "versions"]
+__all__ = ["RunDirectory", "versions"]
 
 _RESULT = "result.json"
 # What every result has, also that of a run that failed before it began.
 _ALWAYS = {"n": None, "seed": None, "metrics": None, "loss": None, "evaluations": 0, "seconds": 0.0}
-# Digits of an angle in degrees: finer than a double holds in rad, so that 45 stays 45.
-_DECIMALS = 12
 
 
 @dataclass(frozen=True)
@@ -101,7 +99,7 @@ class RunDirectory:
         (self.path / name).write_text(text, encoding="utf-8")
 
     def write_program(self, stand: Stand, settings: Array) -> None:
-        """program.csv: angles in degrees and the unit vector of the vertical in sensor axes."""
+        """program.csv: settings, angles in degrees, and the unit vector of the vertical in sensor axes."""
         self._write_table("program.csv", ["position", *_columns(stand)], _rows(stand, settings))
 
     def write_alternatives(self, stand: Stand, solutions: Iterable[Solution]) -> None:
@@ -125,11 +123,6 @@ class RunDirectory:
             writer.writerows(rows)
 
 
-def degrees(settings: Array) -> Array:
-    """Angles in degrees, free of the rounding that the way through radians leaves."""
-    return np.asarray(np.round(np.degrees(settings), _DECIMALS) + 0.0)
-
-
 def versions() -> dict[str, str]:
     """Versions of what a result depends on."""
     names = ("acalx", "numpy", "scipy", "hydra-core")
@@ -138,12 +131,12 @@ def versions() -> dict[str, str]:
 
 
 def _columns(stand: Stand) -> list[str]:
-    return [*(f"{name}_deg" for name in stand.names), "eta_x", "eta_y", "eta_z"]
+    return [*stand.columns, "eta_x", "eta_y", "eta_z"]
 
 
 def _rows(stand: Stand, settings: Array) -> list[list[Any]]:
     force = stand.stimulus(settings).specific_force
-    angles = degrees(settings).tolist()
+    angles = stand.written(settings).tolist()
     directions = [[]] * len(angles) if force is None else (force + 0.0).tolist()
     return [
         [number, *map(repr, row), *map(repr, eta)]

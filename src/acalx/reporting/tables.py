@@ -33,12 +33,12 @@ def markdown(rows: Sequence[Sequence[str]]) -> str:
 
 
 def program_table(stand: Stand, settings: Array, most: int = 60) -> str:
-    """Positions of a program with its angles in degrees and the vertical in sensor axes."""
+    """Positions of a program with its settings, angles in degrees, and the vertical in sensor axes."""
     force = stand.stimulus(settings).specific_force
-    rows = [["position", *(f"{name} deg" for name in stand.names)]]
+    rows = [["position", *(f"{setting.name} {setting.unit.symbol}" for setting in stand.settings)]]
     if force is not None:
         rows[0] += ["eta x", "eta y", "eta z"]
-    for k, angles in enumerate(np.degrees(settings)[:most]):
+    for k, angles in enumerate(stand.written(settings[:most])):
         row = [str(k + 1), *(f"{angle + 0.0:.2f}" for angle in angles)]
         if force is not None:
             row += [f"{value:+.4f}" for value in np.round(force[k], 4) + 0.0]
