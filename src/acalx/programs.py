@@ -194,11 +194,11 @@ def read_program(path: str | os.PathLike[str]) -> Program:
     """Read a program from a CSV file, one position a row.
 
     The header names either the settings of a stand with their units, ``<setting>_deg`` for
-    each angle and ``<setting>_deg_s`` for each rate, or the direction cosines of the vertical in
-    sensor axes, ``eta_x, eta_y, eta_z`` or ``x, y, z``, in any order. Where both are there, as in the ``program.csv`` that acalx
-    writes, settings count and cosines are not read. Columns ``position``, ``label`` and
-    ``comment`` may be there and are not read; any other name is refused, so that a misspelt
-    one does not go unnoticed.
+    each angle and ``<setting>_deg_s`` for each rate, or the direction cosines of the vertical
+    in sensor axes, ``eta_x, eta_y, eta_z`` or ``x, y, z``, in any order. Where both are there,
+    as in the ``program.csv`` that acalx writes, settings count and cosines are not read.
+    Columns ``position``, ``label`` and ``comment`` may be there and are not read; any other
+    name is refused, so that a misspelt one does not go unnoticed.
 
     Fields are separated by commas, semicolons or tabs, numbers have a decimal point. Lines
     that start with ``#`` and empty ones are skipped. The text is UTF-8.

@@ -7,7 +7,10 @@ from dataclasses import dataclass, fields
 
 from acalx.arrays import Array
 
-__all__ = ["Stimulus"]
+__all__ = ["EARTH_RATE", "Stimulus"]
+
+# In rad/s, 15.041 deg/h: the unit of angular rate. Source: IERS Conventions (2010), table 1.2.
+EARTH_RATE = 7.292115e-5
 
 
 @dataclass(frozen=True)

@@ -169,7 +169,11 @@ def no_regular_program(problem: Problem) -> str:
     if not unseen:
         unseen = problem.information(everything[0]).inestimable()
     can_not = f"; no position there shows {'; '.join(unseen)}" if unseen else ""
-    return f"no program of {problem.n} positions within {limits} can estimate all the parameters{can_not}"
+    fixed = problem.stand.circumstances
+    where, remedy = (f" with {fixed}", f"; change {fixed.replace(', ', ' or ')}") if fixed else ("", "")
+    return (
+        f"no program of {problem.n} positions within {limits}{where} can estimate all the parameters{can_not}{remedy}"
+    )
 
 
 def refuse_steps(optimizer: Optimizer, problem: Problem, instead: str) -> None:

@@ -170,6 +170,24 @@ class Stand(ABC):
         """
         raise CompatibilityError(f"{type(self).__name__} can't be aimed at directions: give its angles instead")
 
+    def either(self, first: Array, second: Array, *, free: np.ndarray) -> Array:
+        """Of two settings (..., n, 2) for the same direction, angles both, the first that the limits allow.
+
+        Parameters
+        ----------
+        first, second : array (..., n, 2), in rad
+        free : array (..., n) of bool
+            Where the second angle does not matter.
+        """
+        inner = self.settings[1]
+        any_angle = min(max(0.0, inner.lower), inner.upper) if inner.step is None else inner.stops()[0]
+        for angles in (first, second):
+            for k, setting in enumerate(self.settings):
+                angles[..., k] = setting.reach(angles[..., k])
+            angles[..., 1] = np.where(free & ~inner.allows(angles[..., 1]), any_angle, angles[..., 1])
+        use_second = self.allows(second) & ~self.allows(first)
+        return np.where(use_second[..., None], second, first)
+
     @property
     def names(self) -> tuple[str, ...]:
         """Names of the settings."""
@@ -199,6 +217,11 @@ class Stand(ABC):
     def frequencies(self) -> tuple[int, ...] | None:
         """Degree of the stimulus as a trigonometric polynomial in each setting; None if unknown."""
         return None
+
+    @property
+    def circumstances(self) -> str:
+        """Options other than limits and steps on which it depends what can be estimated, for messages."""
+        return ""
 
     @property
     def stepped(self) -> bool:

@@ -11,8 +11,8 @@ from typing import final
 import numpy as np
 
 from acalx.arrays import Array, components, sin_cos
-from acalx.errors import ArgumentError
 from acalx.stands.base import Setting, Stand
+from acalx.stands.options import angle, require_limits, require_step, require_switch
 from acalx.stimulus import Stimulus
 
 __all__ = ["TwoAxis"]
@@ -52,20 +52,17 @@ class TwoAxis(Stand):
 
     def __post_init__(self) -> None:
         for name in ("alpha1_deg", "alpha2_deg"):
-            object.__setattr__(self, name, _pair(name, getattr(self, name)))
-        if self.step_deg is not None and not _is_number(self.step_deg):
-            raise ArgumentError(f"step_deg={self.step_deg}: a step is a number of degrees, or null for none")
-        if not isinstance(self.periodic, bool):
-            raise ArgumentError(f"periodic={self.periodic}: must be true or false")
+            object.__setattr__(self, name, require_limits(name, getattr(self, name)))
+        require_step("step_deg", self.step_deg)
+        require_switch("periodic", self.periodic)
         _ = self.settings  # built once here so that bad limits are refused at construction
 
     @cached_property
     def settings(self) -> tuple[Setting, ...]:
         """The two angles, alpha1 and alpha2."""
-        step = None if self.step_deg is None else math.radians(self.step_deg)
-        return tuple(
-            Setting(name, math.radians(lower), math.radians(upper), step, self.periodic)
-            for name, (lower, upper) in (("alpha1", self.alpha1_deg), ("alpha2", self.alpha2_deg))
+        return (
+            angle("alpha1", self.alpha1_deg, self.step_deg, self.periodic),
+            angle("alpha2", self.alpha2_deg, self.step_deg, self.periodic),
         )
 
     @property
@@ -93,26 +90,5 @@ class TwoAxis(Stand):
         first = np.stack([np.arctan2(x, np.hypot(y, z)), np.arctan2(y, z)], axis=-1)
         first = np.where(np.abs(first) < 1e-15, 0.0, first)  # not a turn less a rounding error
         second = np.stack([math.pi - first[..., 0], first[..., 1] + math.pi], axis=-1)
-        for k, setting in enumerate(self.settings):
-            first[..., k] = setting.reach(first[..., k])
-            second[..., k] = setting.reach(second[..., k])
-        inner = self.settings[1]
-        free = np.hypot(y, z) < 1e-12  # along the first axis the second angle does not matter
-        any_angle = min(max(0.0, inner.lower), inner.upper) if inner.step is None else inner.stops()[0]
-        for angles in (first, second):
-            angles[..., 1] = np.where(free & ~inner.allows(angles[..., 1]), any_angle, angles[..., 1])
-        use_second = self.allows(second) & ~self.allows(first)
-        return np.where(use_second[..., None], second, first)
-
-
-def _is_number(value: object) -> bool:
-    return isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
-
-
-def _pair(name: str, value: object) -> tuple[float, float]:
-    if not (isinstance(value, Sequence) and not isinstance(value, str) and len(value) == 2):
-        raise ArgumentError(f"{name}={value}: give a lower and an upper limit in degrees, as in {name}=[-180,180]")
-    lower, upper = value
-    if not (_is_number(lower) and _is_number(upper)):
-        raise ArgumentError(f"{name}=[{lower}, {upper}]: both limits must be finite numbers of degrees")
-    return float(lower), float(upper)
+        # along the first axis the second angle does not matter
+        return self.either(first, second, free=np.hypot(y, z) < 1e-12)
