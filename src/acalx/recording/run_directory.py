@@ -18,7 +18,7 @@ import numpy as np
 
 from acalx.arrays import Array
 from acalx.errors import ArgumentError
-from acalx.optimizers import Solution
+from acalx.optimizers import Solution, Survey
 from acalx.stands import Stand
 
 __all__ = ["RunDirectory", "versions"]
@@ -115,6 +115,15 @@ class RunDirectory:
         """history.csv: the best loss against evaluations and seconds."""
         rows = [[evaluations, f"{seconds:.6f}", repr(loss)] for evaluations, seconds, loss in history]
         self._write_table("history.csv", ["evaluations", "seconds", "loss"], rows)
+
+    def write_survey(self, survey: Survey) -> None:
+        """landscape.csv: the loss per measurement of each sequence with each number of positions."""
+        rows = [
+            [*map(repr, sequence), number, repr(loss)]
+            for sequence, losses in zip(survey.sequences.tolist(), survey.losses.tolist(), strict=True)
+            for number, loss in zip(survey.numbers.tolist(), losses, strict=True)
+        ]
+        self._write_table("landscape.csv", [*survey.names, "n", "loss_per_measurement"], rows)
 
     def _write_table(self, name: str, header: Sequence[str], rows: Iterable[Sequence[Any]]) -> None:
         with (self.path / name).open("w", encoding="utf-8", newline="") as file:

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from acalx.arrays import Array
+from acalx.information import Parameter
 from acalx.stands import Stand
 
-__all__ = ["align", "figures_table", "markdown", "program_table"]
+__all__ = ["align", "figures_table", "markdown", "program_table", "units_line"]
 
 
 def align(rows: Sequence[Sequence[str]]) -> str:
@@ -72,3 +73,13 @@ def figures_table(columns: Mapping[str, Mapping[str, Any]]) -> list[list[str]]:
         rows.append([f"inequality {group}", *cells])
     rows.append(["condition number", *(f"{metrics['condition_number']:.4g}" for metrics in columns.values())])
     return rows
+
+
+def units_line(parameters: Iterable[Parameter]) -> str:
+    """In which units the standard deviations of each group are."""
+    units: dict[str, list[str]] = {}
+    for parameter in parameters:
+        of_group = units.setdefault(parameter.group, [])
+        if parameter.unit not in of_group:
+            of_group.append(parameter.unit)
+    return "units: " + ", ".join(f"{group} {' and '.join(names)}" for group, names in units.items())
