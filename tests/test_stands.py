@@ -16,7 +16,7 @@ from acalx.units import DEGREE_PER_SECOND
 NAN, INF = math.nan, math.inf
 
 
-@pytest.mark.parametrize("stand", parts.STANDS, ids=repr)
+@pytest.mark.parametrize("stand", [*parts.STANDS, *parts.FURTHER_STANDS], ids=repr)
 @pytest.mark.parametrize("seed", range(3))
 def test_contract(stand: Stand, seed: int) -> None:
     check_stand(stand, seed=seed)
@@ -35,7 +35,7 @@ def test_vertical_is_a_unit_vector(alpha1: float, alpha2: float) -> None:
     np.testing.assert_allclose(force, expected, atol=1e-14)
 
 
-@pytest.mark.parametrize("stand", parts.CONTINUOUS, ids=repr)
+@pytest.mark.parametrize("stand", [*parts.CONTINUOUS, *parts.FURTHER_STANDS[:3]], ids=repr)
 def test_aim_finds_settings_that_are_allowed(stand: Stand) -> None:
     force = stand.stimulus(stand.random(np.random.default_rng(1), (500,))).specific_force
     assert force is not None

@@ -183,16 +183,17 @@ class Traversal(Optimizer):
             f"steps_deg={[float(step) for step in self.steps_deg]} can estimate all the parameters"
         )
         settings = self._settings(problem, survey.sequences[:_EXPLAINED])
-        settings = settings[problem.stand.allows(settings).all(axis=-1)]
-        if not len(settings):
+        lengths = np.logical_and.accumulate(problem.stand.allows(settings), axis=1).sum(axis=1)
+        usable = [one[:length] for one, length in zip(settings, lengths, strict=True) if length >= survey.numbers[0]]
+        if not usable:
             limits = ", ".join(setting.limits for setting in problem.stand.settings)
             return (
                 f"{head}: they leave the limits or stops of the stand, {limits}; choose other starts_deg or steps_deg"
             )
-        visited = max(len(np.unique(np.round(np.degrees(one), 6) % _TURN, axis=0)) for one in settings)
-        repeats = visited < problem.n
+        visited = max(len(np.unique(np.round(np.degrees(one), 6) % _TURN, axis=0)) for one in usable)
+        repeats = visited < max(map(len, usable))
         again = f": they come back to the same attitude after {visited} positions or fewer" if repeats else ""
-        unseen = min((problem.information(one).inestimable() for one in settings), key=len)
+        unseen = min((problem.information(one).inestimable() for one in usable), key=len)
         others = " or ".join(f"rule={rule}" for rule in RULES if rule != self.rule)
         return f"{head}{again}; at best they can't see {'; '.join(unseen)}; choose {others}, or other steps_deg"
 
