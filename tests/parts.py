@@ -45,6 +45,8 @@ GIMBALS = PlatformGimbals()
 RATE_TABLE = RateTable()
 # Stands that provide more than gravity.
 FURTHER_STANDS: list[Stand] = [
+    TwoAxis(dip_deg=65, field_azimuth_deg=30),
+    TwoAxis(alpha1_deg=(-60, 60), dip_deg=-20),
     GIMBALS,
     PlatformGimbals(azimuth_deg=30, latitude_deg=-60),
     PlatformGimbals(gamma_deg=(-90, 90), alpha_deg=(10, 200)),

@@ -35,7 +35,7 @@ def test_vertical_is_a_unit_vector(alpha1: float, alpha2: float) -> None:
     np.testing.assert_allclose(force, expected, atol=1e-14)
 
 
-@pytest.mark.parametrize("stand", [*parts.CONTINUOUS, *parts.FURTHER_STANDS[:3]], ids=repr)
+@pytest.mark.parametrize("stand", [*parts.CONTINUOUS, *parts.FURTHER_STANDS[:4]], ids=repr)
 def test_aim_finds_settings_that_are_allowed(stand: Stand) -> None:
     force = stand.stimulus(stand.random(np.random.default_rng(1), (500,))).specific_force
     assert force is not None
@@ -171,3 +171,19 @@ def test_a_setting_may_be_a_rate() -> None:
         Setting("rate", -1.0, 1.0, unit=DEGREE_PER_SECOND)
     with pytest.raises(ArgumentError, match=r"step_deg_s=-5: .* positive number of degrees per second"):
         Setting("rate", -1.0, 1.0, math.radians(-5.0), False, DEGREE_PER_SECOND)
+
+
+def test_the_magnetic_field_turns_with_the_vertical() -> None:
+    angles = parts.FULL.random(np.random.default_rng(0), (50,))
+    for dip in (90.0, -90.0):  # it is the vertical, down or up
+        stimulus = TwoAxis(dip_deg=dip).stimulus(angles)
+        np.testing.assert_allclose(stimulus.magnetic_field, -np.sign(dip) * stimulus.specific_force, atol=1e-15)
+    stimulus = TwoAxis(dip_deg=65.0, field_azimuth_deg=30.0).stimulus(angles)
+    assert stimulus.magnetic_field is not None
+    np.testing.assert_allclose(np.linalg.norm(stimulus.magnetic_field, axis=-1), 1.0)
+    below = (stimulus.magnetic_field * stimulus.specific_force).sum(axis=-1)
+    np.testing.assert_allclose(below, -math.sin(math.radians(65.0)))
+    level = TwoAxis(dip_deg=0.0, field_azimuth_deg=90.0).stimulus(np.zeros((1, 2)))
+    np.testing.assert_allclose(level.magnetic_field, [[0, 1, 0]], atol=1e-15)
+    with pytest.raises(ArgumentError, match="dip_deg=100: must be a number of degrees from -90 to 90"):
+        TwoAxis(dip_deg=100)

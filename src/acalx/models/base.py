@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import fields, replace
+from typing import Protocol
 
 import numpy as np
 
@@ -13,6 +14,12 @@ from acalx.information import Information, Parameter
 from acalx.stimulus import Stimulus
 
 __all__ = ["Model"]
+
+
+class _Stand(Protocol):
+    """What a model asks of an `acalx.stands.Stand`."""
+
+    def advice(self, quantity: str) -> str: ...
 
 
 class Model(ABC):
@@ -74,12 +81,12 @@ class Model(ABC):
             derivatives[name] = np.stack(columns, axis=-1)
         return Stimulus(**derivatives)
 
-    def check(self, stimulus: Stimulus, stand: object) -> None:
+    def check(self, stimulus: Stimulus, stand: _Stand) -> None:
         """Raise CompatibilityError where the stand does not provide what the model needs."""
         known = [field.name for field in fields(Stimulus)]
         for name in self.needs:
             if name not in known or getattr(stimulus, name) is None:
                 raise CompatibilityError(
                     f"model {type(self).__name__} needs the {name.replace('_', ' ')}, "
-                    f"which stand {type(stand).__name__} does not provide"
+                    f"which stand {type(stand).__name__} does not provide{stand.advice(name)}"
                 )

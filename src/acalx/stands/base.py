@@ -218,6 +218,10 @@ class Stand(ABC):
         """Degree of the stimulus as a trigonometric polynomial in each setting; None if unknown."""
         return None
 
+    def advice(self, quantity: str) -> str:
+        """What to add to the message that the stand does not provide a quantity of the stimulus."""
+        return ""
+
     @property
     def circumstances(self) -> str:
         """Options other than limits and steps on which it depends what can be estimated, for messages."""

@@ -12,7 +12,7 @@ import numpy as np
 
 from acalx.arrays import Array, components, sin_cos
 from acalx.stands.base import Setting, Stand
-from acalx.stands.options import angle, require_limits, require_step, require_switch
+from acalx.stands.options import angle, require_limits, require_number, require_step, require_switch
 from acalx.stimulus import Stimulus
 
 __all__ = ["TwoAxis"]
@@ -36,6 +36,11 @@ class TwoAxis(Stand):
     periodic : bool
         Whether 360 degrees more is the same setting. Without it, angles are not wrapped, and
         limits may span more than a turn.
+    dip_deg : float, degrees, optional
+        How far the magnetic field points below the horizon. None: the field plays no part.
+    field_azimuth_deg : float, degrees
+        Of the field's horizontal part, from the table's x axis at zero angles towards y, the
+        axis of alpha1.
 
     Raises
     ------
@@ -49,12 +54,17 @@ class TwoAxis(Stand):
     alpha2_deg: Sequence[float] = (0.0, 360.0)
     step_deg: float | None = None
     periodic: bool = True
+    dip_deg: float | None = None
+    field_azimuth_deg: float = 0.0
 
     def __post_init__(self) -> None:
         for name in ("alpha1_deg", "alpha2_deg"):
             object.__setattr__(self, name, require_limits(name, getattr(self, name)))
         require_step("step_deg", self.step_deg)
         require_switch("periodic", self.periodic)
+        if self.dip_deg is not None:
+            require_number("dip_deg", self.dip_deg, -90.0, 90.0)
+        require_number("field_azimuth_deg", self.field_azimuth_deg, -360.0, 360.0)
         _ = self.settings  # built once here so that bad limits are refused at construction
 
     @cached_property
@@ -65,6 +75,10 @@ class TwoAxis(Stand):
             angle("alpha2", self.alpha2_deg, self.step_deg, self.periodic),
         )
 
+    def advice(self, quantity: str) -> str:
+        """The field is there where its dip is given."""
+        return " unless its dip is given, as in stand.dip_deg=65" if quantity == "magnetic_field" else ""
+
     @property
     def frequencies(self) -> tuple[int, ...]:
         """One in each angle."""
@@ -74,7 +88,8 @@ class TwoAxis(Stand):
         """The vertical in sensor axes: settings (..., n, 2) in rad."""
         sin, cos = sin_cos(settings)
         cos1 = cos[..., 0]
-        return Stimulus(specific_force=components(sin[..., 0], cos1 * sin[..., 1], cos1 * cos[..., 1]))
+        vertical = components(sin[..., 0], cos1 * sin[..., 1], cos1 * cos[..., 1])
+        return Stimulus(specific_force=vertical, magnetic_field=None if self.dip_deg is None else self._field(sin, cos))
 
     def derivative(self, settings: Array) -> Stimulus:
         """Derivative of the vertical, (..., n, 3, 2)."""
@@ -82,7 +97,30 @@ class TwoAxis(Stand):
         sin1, sin2, cos1, cos2 = sin[..., 0], sin[..., 1], cos[..., 0], cos[..., 1]
         by_alpha1 = components(cos1, -sin1 * sin2, -sin1 * cos2)
         by_alpha2 = components(np.zeros_like(sin1), cos1 * cos2, -cos1 * sin2)
-        return Stimulus(specific_force=components(by_alpha1, by_alpha2))
+        vertical = components(by_alpha1, by_alpha2)
+        return Stimulus(vertical, magnetic_field=None if self.dip_deg is None else self._field_derivative(sin, cos))
+
+    @cached_property
+    def _level_field(self) -> tuple[float, float, float]:
+        """The field in the axes of the sensor at zero angles, z up."""
+        assert self.dip_deg is not None  # else there is no field
+        dip, azimuth = math.radians(self.dip_deg), math.radians(self.field_azimuth_deg)
+        return math.cos(dip) * math.cos(azimuth), math.cos(dip) * math.sin(azimuth), -math.sin(dip)
+
+    def _field(self, sin: Array, cos: Array) -> Array:
+        """Turned about y by alpha1, then about x by alpha2, as the vertical is."""
+        sin1, sin2, cos1, cos2 = sin[..., 0], sin[..., 1], cos[..., 0], cos[..., 1]
+        x, y, z = self._level_field
+        up = z * cos1 - x * sin1
+        return components(x * cos1 + z * sin1, y * cos2 + up * sin2, up * cos2 - y * sin2)
+
+    def _field_derivative(self, sin: Array, cos: Array) -> Array:
+        sin1, sin2, cos1, cos2 = sin[..., 0], sin[..., 1], cos[..., 0], cos[..., 1]
+        x, y, z = self._level_field
+        up, fall = z * cos1 - x * sin1, -z * sin1 - x * cos1
+        by_alpha1 = components(-x * sin1 + z * cos1, fall * sin2, fall * cos2)
+        by_alpha2 = components(np.zeros_like(sin1), up * cos2 - y * sin2, -up * sin2 - y * cos2)
+        return components(by_alpha1, by_alpha2)
 
     def aim(self, directions: Array) -> Array:
         """Settings for directions of the vertical in sensor axes, the pair that the limits allow."""
