@@ -173,7 +173,7 @@ def test_the_message_names_what_the_outer_axis_north_hides():
     with pytest.raises(AcalxError) as caught:
         Gradient().solve(Problem(NORTH, Platform(), D(), 16), np.random.default_rng(0))
     for part in (
-        "no program of 16 positions within gamma_deg=[0, 360], alpha_deg=[0, 360]",
+        "no program of 16 positions within gamma_deg=[0,360], alpha_deg=[0,360]",
         "with azimuth_deg=0, latitude_deg=34.25",
         "gyro_x_S",
         "gyro_x_misalignment_S",

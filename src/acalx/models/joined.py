@@ -52,6 +52,11 @@ class Composite(Model):
         return max((degree for degree in degrees if degree is not None), default=None) if None not in degrees else None
 
     @property
+    def entries(self) -> int:
+        """Those of all the parts."""
+        return sum(model.entries for model in self.models)
+
+    @property
     def smallest_n(self) -> int:
         """What the most demanding of the parts needs."""
         return max(model.smallest_n for model in self.models)
@@ -79,11 +84,26 @@ class Composite(Model):
 
     def information(self, stimulus: Stimulus) -> Information:
         """Block-diagonal matrices (..., p, p), a block for each part."""
+        return self._on_the_diagonal([model.information(stimulus) for model in self.models])
+
+    def information_of(self, regressors: Array) -> Information:
+        """The same from rows (..., n, m, p)."""
+        parts = zip(self.models, self._blocks(), strict=True)
+        return self._on_the_diagonal([model.information_of(regressors[..., out, own]) for model, (out, own) in parts])
+
+    def pull(self, stimulus: Stimulus, rows: Array) -> Stimulus:
+        """The sum of what the parts give."""
+        total: dict[str, Array] = {}
+        for model, (outputs, own) in zip(self.models, self._blocks(), strict=True):
+            for name, part in model.pull(stimulus, rows[..., outputs, own]).quantities():
+                total[name] = total[name] + part if name in total else part
+        return Stimulus(**total)
+
+    def _on_the_diagonal(self, parts: Sequence[Information]) -> Information:
         p = len(self.parameters)
-        parts = [model.information(stimulus).matrix for model in self.models]
-        matrix = np.zeros((*parts[0].shape[:-2], p, p))
+        matrix = np.zeros((*parts[0].matrix.shape[:-2], p, p))
         for part, (_, own) in zip(parts, self._blocks(), strict=True):
-            matrix[..., own, own] = part
+            matrix[..., own, own] = part.matrix
         return Information(matrix, self.parameters)
 
     def _blocks(self) -> Iterator[tuple[slice, slice]]:

@@ -196,7 +196,7 @@ class Optimizer(ABC):
 
 def no_regular_program(problem: Problem) -> str:
     """Message for a problem in which every program that was tried is singular."""
-    limits = ", ".join(setting.limits for setting in problem.stand.settings)
+    limits = ", ".join(setting.limits.replace(", ", ",") for setting in problem.stand.settings)
     everything = problem.random(np.random.default_rng(0), 1)
     many = Problem(problem.stand, problem.model, problem.criterion, max(problem.n, 500))
     unseen = many.information(many.random(np.random.default_rng(0), 1)[0]).inestimable()
