@@ -13,11 +13,24 @@ if TYPE_CHECKING:
     from acalx.errors import AcalxError
     from acalx.information import Information, Parameter
     from acalx.metrics import figures_of_merit
-    from acalx.models import Model, ScalarAccel
-    from acalx.optimizers import DifferentialEvolution, Gradient, Optimizer, Result
+    from acalx.models import (
+        Composite,
+        GyroRateTable,
+        Joined,
+        Model,
+        Platform,
+        PlatformAccel,
+        PlatformGyro,
+        Polynomial,
+        ScalarAccel,
+        ScalarAccelQuadratic,
+        Term,
+        VectorAccel,
+    )
+    from acalx.optimizers import DifferentialEvolution, Gradient, Optimizer, Result, Survey, Traversal
     from acalx.problem import Problem
     from acalx.programs import Program, find_program, published, read_program
-    from acalx.stands import Setting, Stand, TwoAxis
+    from acalx.stands import PlatformGimbals, RateTable, Setting, Stand, TwoAxis
     from acalx.stimulus import Stimulus
 
 __version__ = "0.1.0"
@@ -25,25 +38,39 @@ __version__ = "0.1.0"
 __all__ = [
     "A",
     "AcalxError",
+    "Composite",
     "Criterion",
     "D",
     "DifferentialEvolution",
     "E",
     "Gradient",
+    "GyroRateTable",
     "Inequality",
     "Information",
+    "Joined",
     "Model",
     "Optimizer",
     "Parameter",
+    "Platform",
+    "PlatformAccel",
+    "PlatformGimbals",
+    "PlatformGyro",
+    "Polynomial",
     "Problem",
     "Product",
     "Program",
+    "RateTable",
     "Result",
     "ScalarAccel",
+    "ScalarAccelQuadratic",
     "Setting",
     "Stand",
     "Stimulus",
+    "Survey",
+    "Term",
+    "Traversal",
     "TwoAxis",
+    "VectorAccel",
     "figures_of_merit",
     "find_program",
     "published",
@@ -55,11 +82,24 @@ _HOMES = {
     "acalx.errors": ("AcalxError",),
     "acalx.information": ("Information", "Parameter"),
     "acalx.metrics": ("figures_of_merit",),
-    "acalx.models": ("Model", "ScalarAccel"),
-    "acalx.optimizers": ("DifferentialEvolution", "Gradient", "Optimizer", "Result"),
+    "acalx.models": (
+        "Composite",
+        "GyroRateTable",
+        "Joined",
+        "Model",
+        "Platform",
+        "PlatformAccel",
+        "PlatformGyro",
+        "Polynomial",
+        "ScalarAccel",
+        "ScalarAccelQuadratic",
+        "Term",
+        "VectorAccel",
+    ),
+    "acalx.optimizers": ("DifferentialEvolution", "Gradient", "Optimizer", "Result", "Survey", "Traversal"),
     "acalx.problem": ("Problem",),
     "acalx.programs": ("Program", "find_program", "published", "read_program"),
-    "acalx.stands": ("Setting", "Stand", "TwoAxis"),
+    "acalx.stands": ("PlatformGimbals", "RateTable", "Setting", "Stand", "TwoAxis"),
     "acalx.stimulus": ("Stimulus",),
 }
 
