@@ -60,7 +60,7 @@ class Setting:
         if self.periodic and self.upper - self.lower > _TURN * (1 + _SLACK):
             raise ArgumentError(f"{self.limits}: a periodic angle spans 360 degrees at most")
         if self.step is not None:
-            step = f"{self.unit.write(self.step):g}"
+            step = f"{self.step / self.unit.size:g}"
             if not (math.isfinite(self.step) and self.step > 0):
                 raise ArgumentError(
                     f"{self.unit.column('step')}={step}: a step must be a positive number of {self.unit.plural}"
@@ -76,7 +76,7 @@ class Setting:
     @property
     def limits(self) -> str:
         """Its limits as on the command line."""
-        return f"{self.column}=[{self.unit.write(self.lower):g}, {self.unit.write(self.upper):g}]"
+        return f"{self.column}=[{self.lower / self.unit.size:g}, {self.upper / self.unit.size:g}]"
 
     @property
     def full_turn(self) -> bool:
