@@ -57,11 +57,8 @@ def regular_sequences(rule: str, starts: Array, steps: Array, n: int) -> Array:
 
     Examples
     --------
-    >>> regular_sequences("turn", np.array([0.0, 0.0]), np.array([90.0, 45.0]), 4)
-    array([[ 0.,  0.],
-           [90.,  0.],
-           [90., 45.],
-           [180., 45.]])
+    >>> regular_sequences("turn", np.array([0.0, 0.0]), np.array([90.0, 45.0]), 4).tolist()
+    [[0.0, 0.0], [90.0, 0.0], [90.0, 45.0], [180.0, 45.0]]
     """
     stops = np.maximum(np.rint(_TURN / np.abs(steps)), 1.0).astype(int)
     counts = RULES[rule](np.arange(n)[:, None], stops)
