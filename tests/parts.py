@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+from importlib.resources import files
+from pathlib import Path
+
+import hydra
 import numpy as np
+from omegaconf import OmegaConf
 
 from acalx.arrays import Array
 from acalx.criteria import A, Criterion, D, E, Inequality, Product
-from acalx.models import Model, ScalarAccel
+from acalx.errors import CompatibilityError
+from acalx.models import Model, Platform, PlatformAccel, PlatformGyro, ScalarAccel
 from acalx.optimizers import DifferentialEvolution, Exchange, Gradient, Optimizer
 from acalx.problem import Problem
-from acalx.stands import Stand, TwoAxis
+from acalx.stands import PlatformGimbals, RateTable, Stand, TwoAxis
 
 GROUPS = ("bias", "scale", "nonorthogonality")
 
@@ -35,7 +41,42 @@ STEPPED: list[Stand] = [
 ]
 STANDS = CONTINUOUS + STEPPED
 
-MODELS: list[Model] = [ScalarAccel()]
+GIMBALS = PlatformGimbals()
+RATE_TABLE = RateTable()
+# Stands that provide more than gravity.
+FURTHER_STANDS: list[Stand] = [
+    TwoAxis(dip_deg=65, field_azimuth_deg=30),
+    TwoAxis(alpha1_deg=(-60, 60), dip_deg=-20),
+    GIMBALS,
+    PlatformGimbals(azimuth_deg=30, latitude_deg=-60),
+    PlatformGimbals(gamma_deg=(-90, 90), alpha_deg=(10, 200)),
+    PlatformGimbals(step_deg=45),
+    RATE_TABLE,
+    RateTable(rate_deg_s=(-20, 90), alpha1_deg=(-30, 40)),
+    RateTable(rate_step_deg_s=10, step_deg=30),
+]
+
+# Every option of the group, so that a new YAML is enough to be here, and varieties of them.
+MODELS: list[Model] = [
+    hydra.utils.instantiate(OmegaConf.load(path), _convert_="all")
+    for path in sorted(Path(str(files("acalx.conf"))).glob("model/*.yaml"))
+]
+MODELS.sort(key=lambda model: model != ScalarAccel())  # which comes first
+MODELS += [
+    PlatformGyro("y", ("IS", "OS"), noise_deg_h=0.001),
+    PlatformGyro("z", ("II", "SS")),
+    PlatformAccel("z", noise_g=1e-7),
+    Platform(sensors=["accels"], accel_noise_g=[1.0, 2.0, 3.0]),
+]
+
+
+def fits(model: Model, stand: Stand) -> bool:
+    try:
+        model.check(stand.stimulus(stand.bounds[:, 0][None, :]), stand)
+    except CompatibilityError:
+        return False
+    return True
+
 
 OPTIMIZERS: list[Optimizer] = [Gradient(), DifferentialEvolution(), Exchange()]
 

@@ -10,12 +10,14 @@ import pytest
 from acalx import programs
 from acalx.errors import AcalxError, CompatibilityError, ProgramError
 from acalx.information import Information
-from acalx.models import ScalarAccel
+from acalx.models import Platform, ScalarAccel
 from acalx.programs import Program, find_program, published, read_program
-from acalx.stands import Setting, Stand, TwoAxis
+from acalx.stands import PlatformGimbals, Setting, Stand, TwoAxis
 from acalx.stimulus import Stimulus
 
-NAMES = tuple(published())
+# of an accelerometer triad, and of a platform
+PLATFORM_NAMES = tuple(name for name in published() if name.startswith("platform_"))
+NAMES = tuple(name for name in published() if name not in PLATFORM_NAMES)
 NONORTHOGONALITIES = ["nonorthogonality_xy", "nonorthogonality_xz", "nonorthogonality_zy"]
 SMALLEST_D_OF_ONE_POSITION = 1.5377e7
 ANGLES = "alpha1_deg,alpha2_deg\n22.2,351.7\n59.4,78.5\n"
@@ -131,6 +133,21 @@ def test_the_stand_reaches_every_published_program(name):
     assert settings.shape == (program.n, 2)
     assert stand.allows(settings).all()
     np.testing.assert_allclose(stand.stimulus(settings).specific_force, vertical_of(program), atol=1e-15)
+
+
+@pytest.mark.parametrize("name", PLATFORM_NAMES)
+def test_the_gimbals_reach_every_program_of_a_platform(name):
+    program, stand = find_program(name), PlatformGimbals()
+    assert program.name == name
+    assert program.title
+    assert program.source
+    settings = program.settings_for(stand)
+    assert settings.shape == (16, 2) == (program.n, 2)
+    assert stand.allows(settings).all()
+    unseen = Platform().information(stand.stimulus(settings)).inestimable()
+    assert len(unseen) == (3 if name == "platform_grid_16" else 0)
+    with pytest.raises(CompatibilityError, match="gives gamma_deg, alpha_deg, but stand TwoAxis needs"):
+        program.settings_for(TwoAxis())
 
 
 @pytest.mark.parametrize("name", ["edges_12", "icosahedron_12", "dodecahedron_20", "faces_and_edges_18"])
@@ -269,6 +286,14 @@ def test_a_stand_may_have_any_angles(tmp_path):
     np.testing.assert_array_equal(program.settings_for(Gimbals()), np.radians([[45.0, 90.0]]))
 
 
+def test_a_rate_is_in_degrees_per_second(tmp_path):
+    program = read_program(written(tmp_path, "rate_deg_s,tilt_deg\n-90,45\n"))
+    assert program.columns == ("rate_deg_s", "tilt_deg")
+    np.testing.assert_array_equal(program.settings, np.radians([[-90.0, 45.0]]))
+    with pytest.raises(CompatibilityError, match="gives rate_deg_s, tilt_deg, but stand Gimbals needs outer_deg"):
+        program.settings_for(Gimbals())
+
+
 def test_a_file_program_says_where_it_is_from(tmp_path):
     path = written(tmp_path, COSINES)
     program = find_program(str(path))
@@ -397,7 +422,9 @@ def test_a_misspelt_name_gets_a_suggestion(asked, meant):
 
 @pytest.mark.parametrize("asked", ["qqqqq", "", " "])
 def test_an_unknown_name_gets_the_list(asked):
-    with pytest.raises(ProgramError, match=f"no program '{asked}'; the programs are .*classical_36, or give the path"):
+    with pytest.raises(
+        ProgramError, match=f"no program '{asked}'; the programs are .*classical_36, .*, or give the path"
+    ):
         find_program(asked)
 
 

@@ -11,7 +11,7 @@ from acalx.errors import ArgumentError
 from acalx.optimizers import Solution
 from acalx.programs import read_program
 from acalx.recording import RunDirectory
-from acalx.recording.run_directory import degrees
+from acalx.units import DEGREE
 from parts import FULL
 
 
@@ -76,12 +76,12 @@ def test_a_program_is_read_again_as_it_was_written(tmp_path):
 def test_stops_in_degrees_are_free_of_rounding(step):
     stops = np.arange(-3600, 3601) * step
     stops = stops[np.abs(stops) <= 720]
-    written = degrees(np.radians(stops))
+    written = DEGREE.write(np.radians(stops))
     assert all(len(repr(float(value))) <= 17 for value in written)
     np.testing.assert_allclose(written, stops, rtol=0, atol=1e-12)
     if step in (15.0, 7.5, 5.0):
         assert (written == stops).all()
-    assert not np.signbit(degrees(np.array([-0.0])))[0]
+    assert not np.signbit(DEGREE.write(np.array([-0.0])))[0]
 
 
 def test_history_and_alternatives(tmp_path):

@@ -11,11 +11,12 @@ import parts
 from acalx.errors import ArgumentError, CompatibilityError
 from acalx.stands import Setting, Stand, TwoAxis
 from acalx.testing import check_stand
+from acalx.units import DEGREE_PER_SECOND
 
 NAN, INF = math.nan, math.inf
 
 
-@pytest.mark.parametrize("stand", parts.STANDS, ids=repr)
+@pytest.mark.parametrize("stand", [*parts.STANDS, *parts.FURTHER_STANDS], ids=repr)
 @pytest.mark.parametrize("seed", range(3))
 def test_contract(stand: Stand, seed: int) -> None:
     check_stand(stand, seed=seed)
@@ -34,7 +35,7 @@ def test_vertical_is_a_unit_vector(alpha1: float, alpha2: float) -> None:
     np.testing.assert_allclose(force, expected, atol=1e-14)
 
 
-@pytest.mark.parametrize("stand", parts.CONTINUOUS, ids=repr)
+@pytest.mark.parametrize("stand", [*parts.CONTINUOUS, *parts.FURTHER_STANDS[:4]], ids=repr)
 def test_aim_finds_settings_that_are_allowed(stand: Stand) -> None:
     force = stand.stimulus(stand.random(np.random.default_rng(1), (500,))).specific_force
     assert force is not None
@@ -160,3 +161,29 @@ def test_bad_settings(arguments: tuple[object, ...], quoted: str) -> None:
     with pytest.raises(ArgumentError) as caught:
         Setting("roll", *arguments)  # type: ignore[arg-type]
     assert quoted in str(caught.value)
+
+
+def test_a_setting_may_be_a_rate() -> None:
+    rate = Setting("rate", *np.radians([-60.0, 60.0]), math.radians(20.0), False, DEGREE_PER_SECOND)
+    assert (rate.column, rate.limits) == ("rate_deg_s", "rate_deg_s=[-60, 60]")
+    np.testing.assert_array_equal(rate.unit.write(rate.stops()), np.arange(-60, 61, 20))
+    with pytest.raises(ArgumentError, match="rate_deg_s: only an angle is periodic"):
+        Setting("rate", -1.0, 1.0, unit=DEGREE_PER_SECOND)
+    with pytest.raises(ArgumentError, match=r"step_deg_s=-5: .* positive number of degrees per second"):
+        Setting("rate", -1.0, 1.0, math.radians(-5.0), False, DEGREE_PER_SECOND)
+
+
+def test_the_magnetic_field_turns_with_the_vertical() -> None:
+    angles = parts.FULL.random(np.random.default_rng(0), (50,))
+    for dip in (90.0, -90.0):  # it is the vertical, down or up
+        stimulus = TwoAxis(dip_deg=dip).stimulus(angles)
+        np.testing.assert_allclose(stimulus.magnetic_field, -np.sign(dip) * stimulus.specific_force, atol=1e-15)
+    stimulus = TwoAxis(dip_deg=65.0, field_azimuth_deg=30.0).stimulus(angles)
+    assert stimulus.magnetic_field is not None
+    np.testing.assert_allclose(np.linalg.norm(stimulus.magnetic_field, axis=-1), 1.0)
+    below = (stimulus.magnetic_field * stimulus.specific_force).sum(axis=-1)
+    np.testing.assert_allclose(below, -math.sin(math.radians(65.0)))
+    level = TwoAxis(dip_deg=0.0, field_azimuth_deg=90.0).stimulus(np.zeros((1, 2)))
+    np.testing.assert_allclose(level.magnetic_field, [[0, 1, 0]], atol=1e-15)
+    with pytest.raises(ArgumentError, match="dip_deg=100: must be a number of degrees from -90 to 90"):
+        TwoAxis(dip_deg=100)

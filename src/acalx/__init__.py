@@ -13,11 +13,33 @@ if TYPE_CHECKING:
     from acalx.errors import AcalxError
     from acalx.information import Information, Parameter
     from acalx.metrics import figures_of_merit
-    from acalx.models import Model, ScalarAccel
-    from acalx.optimizers import Auto, DifferentialEvolution, Exchange, Gradient, Optimizer, Result
+    from acalx.models import (
+        Composite,
+        GyroRateTable,
+        Joined,
+        Model,
+        Platform,
+        PlatformAccel,
+        PlatformGyro,
+        Polynomial,
+        ScalarAccel,
+        ScalarAccelQuadratic,
+        Term,
+        VectorAccel,
+    )
+    from acalx.optimizers import (
+        Auto,
+        DifferentialEvolution,
+        Exchange,
+        Gradient,
+        Optimizer,
+        Result,
+        Survey,
+        Traversal,
+    )
     from acalx.problem import Problem
     from acalx.programs import Program, find_program, published, read_program
-    from acalx.stands import Setting, Stand, TwoAxis
+    from acalx.stands import PlatformGimbals, RateTable, Setting, Stand, TwoAxis
     from acalx.stimulus import Stimulus
 
 __version__ = "0.1.0"
@@ -26,26 +48,40 @@ __all__ = [
     "A",
     "AcalxError",
     "Auto",
+    "Composite",
     "Criterion",
     "D",
     "DifferentialEvolution",
     "E",
     "Exchange",
     "Gradient",
+    "GyroRateTable",
     "Inequality",
     "Information",
+    "Joined",
     "Model",
     "Optimizer",
     "Parameter",
+    "Platform",
+    "PlatformAccel",
+    "PlatformGimbals",
+    "PlatformGyro",
+    "Polynomial",
     "Problem",
     "Product",
     "Program",
+    "RateTable",
     "Result",
     "ScalarAccel",
+    "ScalarAccelQuadratic",
     "Setting",
     "Stand",
     "Stimulus",
+    "Survey",
+    "Term",
+    "Traversal",
     "TwoAxis",
+    "VectorAccel",
     "figures_of_merit",
     "find_program",
     "published",
@@ -57,11 +93,33 @@ _HOMES = {
     "acalx.errors": ("AcalxError",),
     "acalx.information": ("Information", "Parameter"),
     "acalx.metrics": ("figures_of_merit",),
-    "acalx.models": ("Model", "ScalarAccel"),
-    "acalx.optimizers": ("Auto", "DifferentialEvolution", "Exchange", "Gradient", "Optimizer", "Result"),
+    "acalx.models": (
+        "Composite",
+        "GyroRateTable",
+        "Joined",
+        "Model",
+        "Platform",
+        "PlatformAccel",
+        "PlatformGyro",
+        "Polynomial",
+        "ScalarAccel",
+        "ScalarAccelQuadratic",
+        "Term",
+        "VectorAccel",
+    ),
+    "acalx.optimizers": (
+        "Auto",
+        "DifferentialEvolution",
+        "Exchange",
+        "Gradient",
+        "Optimizer",
+        "Result",
+        "Survey",
+        "Traversal",
+    ),
     "acalx.problem": ("Problem",),
     "acalx.programs": ("Program", "find_program", "published", "read_program"),
-    "acalx.stands": ("Setting", "Stand", "TwoAxis"),
+    "acalx.stands": ("PlatformGimbals", "RateTable", "Setting", "Stand", "TwoAxis"),
     "acalx.stimulus": ("Stimulus",),
 }
 

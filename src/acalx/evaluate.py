@@ -91,7 +91,9 @@ def _show(problem: Problem, program: Program, metrics: dict[str, Any]) -> None:
         other = problem.information(reference.settings_for(problem.stand))
         columns[f"best published: {reference.name}"] = figures_of_merit(other)
     print(f"{align(figures_table(columns))}\n")
-    deviations = [["standard deviation", ""], *([k, f"{v:.4f}"] for k, v in metrics["standard_deviations"].items())]
+    deviations = [["standard deviation", "", "unit"]]
+    for parameter, value in zip(problem.parameters, metrics["standard_deviations"].values(), strict=True):
+        deviations.append([parameter.name, f"{value:.4f}", parameter.unit])
     print(f"{align(deviations)}\n")
 
 

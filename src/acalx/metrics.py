@@ -30,7 +30,7 @@ def figures_of_merit(information: Information) -> dict[str, Any]:
     -------
     dict
         ``D`` = det K, ``A`` = tr K, ``E`` = largest eigenvalue of K; ``theta`` and
-        ``inequality`` (a fraction, not percent) by group; ``standard_deviations`` by
+        ``inequality`` (a fraction, not percent; of two parameters or more) by group; ``standard_deviations`` by
         parameter; ``correlations``, a (p, p) list in the order of the parameters;
         ``condition_number`` of the information matrix.
     """
@@ -41,7 +41,11 @@ def figures_of_merit(information: Information) -> dict[str, Any]:
         "A": float(information.variances.sum()),
         "E": np.inf if singular else 1.0 / smallest,
         "theta": {group: float(information.theta(group)) for group in information.groups},
-        "inequality": {group: float(information.inequality(group)) for group in information.groups},
+        "inequality": {
+            group: float(information.inequality(group))
+            for group, members in information.groups.items()
+            if len(members) > 1
+        },
         "standard_deviations": {
             parameter.name: float(deviation)
             for parameter, deviation in zip(information.parameters, information.standard_deviations, strict=True)

@@ -214,7 +214,7 @@ class Problem:
     def canonical(self, settings: Array) -> Array:
         """The same program with whole turns taken off, the fixed positions first, the others sorted by their angles."""
         wrapped = self.stand.wrap(settings[self.held :])
-        order = np.lexsort(np.round(np.degrees(wrapped), 6).T[::-1])
+        order = np.lexsort(np.round(self.stand.written(wrapped), 6).T[::-1])
         return np.concatenate([settings[: self.held], wrapped[order]])
 
     def information(self, settings: Array) -> Information:
@@ -247,8 +247,7 @@ class Problem:
     @property
     def chunk(self) -> int:
         """How many programs are worked on at a time."""
-        row = self.model.outputs * len(self.model.parameters) * 8
-        return max(1, _CHUNK_BYTES // (self.n * row))
+        return max(1, _CHUNK_BYTES // (self.n * self.model.entries * 8))
 
     def loss_of(self, information: Information, criterion: Criterion | None = None) -> Array:
         """Loss of given information under the problem's criterion or another, +inf where singular."""
@@ -278,7 +277,7 @@ class Problem:
         """Information of programs (..., n, d), kept with what the chain rule needs."""
         stimulus = self.stand.stimulus(settings)
         regressors = self.model.regressors(stimulus)
-        information = Information.from_regressors(regressors, self.model.parameters)
+        information = self.model.information_of(regressors)
         permitted = self.permits(settings) if self.restricted else None
         return Linearization(self, settings, stimulus, regressors, information, permitted)
 
@@ -334,11 +333,10 @@ class Linearization:
     def pull(self, gradient: Array) -> Array:
         """From a gradient with respect to the matrix, (..., p, p), to the settings, (..., n, d)."""
         rows = 2.0 * (self.regressors @ gradient[..., None, :, :])
-        by_stimulus = dict(self.problem.model.derivative(self.stimulus).quantities())
+        by_stimulus = dict(self.problem.model.pull(self.stimulus, rows).quantities())
         by_settings = dict(self.problem.stand.derivative(self.settings).quantities())
         total = np.zeros(self.settings.shape)
-        for name, derivative in by_stimulus.items():
-            feels = np.einsum("...nmp,...nmpk->...nk", rows, derivative)
+        for name, feels in by_stimulus.items():
             total += (feels[..., None, :] @ by_settings[name])[..., 0, :]
         return total
 

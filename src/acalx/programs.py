@@ -18,6 +18,7 @@ import numpy as np
 from acalx.arrays import Array
 from acalx.errors import CompatibilityError, ProgramError
 from acalx.publications import PUBLISHED
+from acalx.units import DEGREE, Unit, unit_of_column
 
 __all__ = ["Program", "find_program", "published", "read_program"]
 
@@ -28,7 +29,8 @@ _MOST_BYTES = 2**28
 _COSINES = (("eta_x", "eta_y", "eta_z"), ("x", "y", "z"))
 _IGNORED = ("position", "label", "comment", "fixed")
 _COLUMNS = (
-    "a header names angles in degrees, as in 'alpha1_deg,alpha2_deg', or the vertical in sensor axes, "
+    "a header names angles in degrees, as in 'alpha1_deg,alpha2_deg', rates in degrees per second, as in 'rate_deg_s', "
+    "or the vertical in sensor axes, "
     f"'eta_x,eta_y,eta_z' or 'x,y,z'; {', '.join(_IGNORED)} are allowed and not read"
 )
 
@@ -37,7 +39,7 @@ class _Stand(Protocol):
     """What a program asks of an `acalx.stands.Stand`."""
 
     @property
-    def names(self) -> tuple[str, ...]: ...
+    def columns(self) -> tuple[str, ...]: ...
 
     def aim(self, directions: Array) -> Array: ...
 
@@ -55,13 +57,15 @@ class Program:
         One line for a table.
     source : str
         Who printed it, or the file that it was read from.
-    settings : array (n, d), rad, optional
-        Angles of a stand. Either these or the directions are given.
+    settings : array (n, d), rad or the SI unit, optional
+        Settings of a stand. Either these or the directions are given.
     settings_names : tuple of str, length d
-        Names of the stand's angles, without a unit.
+        Names of the stand's settings, without a unit.
     directions : array (n, 3), optional
         Unit vectors of the vertical in sensor axes. Lengths within 0.1 % of 1, as of
         rounded cosines, are made 1.
+    settings_units : tuple of Unit, length d, optional
+        Units of the settings where people read them; degrees where none are given.
 
     Raises
     ------
@@ -76,6 +80,7 @@ class Program:
     settings: Array | None = None
     settings_names: tuple[str, ...] = ()
     directions: Array | None = None
+    settings_units: tuple[Unit, ...] = ()
 
     def __post_init__(self) -> None:
         if (self.settings is None) == (self.directions is None):
@@ -100,10 +105,16 @@ class Program:
         assert positions is not None  # refused at construction
         return len(positions)
 
-    def settings_for(self, stand: _Stand) -> Array:
-        """Angles that put the sensor into the positions on this stand.
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """Names of the settings with their units, as in files."""
+        units = self.settings_units or (DEGREE,) * len(self.settings_names)
+        return tuple(unit.column(name) for name, unit in zip(self.settings_names, units, strict=True))
 
-        Angles come in the order of the stand's settings; directions are aimed at. Limits and
+    def settings_for(self, stand: _Stand) -> Array:
+        """Settings that put the sensor into the positions on this stand.
+
+        They come in the order of the stand's settings; directions are aimed at. Limits and
         steps are not looked at: `Stand.allows` says which positions a stand can take.
 
         Parameters
@@ -112,15 +123,15 @@ class Program:
 
         Returns
         -------
-        array (n, d), rad
+        array (n, d), rad or the SI unit
 
         Raises
         ------
         CompatibilityError
-            Angles of a stand with other settings, or directions for a stand that can't be
+            Settings of a stand with other settings, or directions for a stand that can't be
             aimed; the message names the angles that the stand needs.
         """
-        needed = ", ".join(f"{name}_deg" for name in stand.names)
+        needed = ", ".join(stand.columns)
         if self.settings is None:
             assert self.directions is not None  # refused at construction
             try:
@@ -128,14 +139,13 @@ class Program:
             except CompatibilityError as error:
                 raise CompatibilityError(
                     f"program {self.name} gives directions of the vertical, "
-                    f"but stand {type(stand).__name__} needs angles, {needed} ({error})"
+                    f"but stand {type(stand).__name__} needs its settings, {needed} ({error})"
                 ) from error
-        if set(self.settings_names) != set(stand.names):
-            given = ", ".join(f"{name}_deg" for name in self.settings_names)
+        if set(self.columns) != set(stand.columns):
             raise CompatibilityError(
-                f"program {self.name} gives {given}, but stand {type(stand).__name__} needs {needed}"
+                f"program {self.name} gives {', '.join(self.columns)}, but stand {type(stand).__name__} needs {needed}"
             )
-        return self.settings[:, [self.settings_names.index(name) for name in stand.names]]
+        return self.settings[:, [self.columns.index(column) for column in stand.columns]]
 
 
 def published() -> dict[str, Program]:
@@ -183,12 +193,12 @@ def find_program(name_or_path: str) -> Program:
 def read_program(path: str | os.PathLike[str]) -> Program:
     """Read a program from a CSV file, one position a row.
 
-    The header names either the angles of a stand in degrees, ``<setting>_deg`` for each
-    setting, or the direction cosines of the vertical in sensor axes, ``eta_x, eta_y, eta_z``
-    or ``x, y, z``, in any order. Where both are there, as in the ``program.csv`` that acalx
-    writes, angles count and cosines are not read. Columns ``position``, ``label`` and
-    ``comment`` may be there and are not read; any other name is refused, so that a misspelt
-    one does not go unnoticed.
+    The header names either the settings of a stand with their units, ``<setting>_deg`` for
+    each angle and ``<setting>_deg_s`` for each rate, or the direction cosines of the vertical
+    in sensor axes, ``eta_x, eta_y, eta_z`` or ``x, y, z``, in any order. Where both are there,
+    as in the ``program.csv`` that acalx writes, settings count and cosines are not read.
+    Columns ``position``, ``label`` and ``comment`` may be there and are not read; any other
+    name is refused, so that a misspelt one does not go unnoticed.
 
     Fields are separated by commas, semicolons or tabs, numbers have a decimal point. Lines
     that start with ``#`` and empty ones are skipped. The text is UTF-8.
@@ -213,8 +223,9 @@ def read_program(path: str | os.PathLike[str]) -> Program:
     name = os.fspath(path)
     title = f"{len(values)} positions from {path.name}"
     if columns not in _COSINES:
-        names = tuple(column.removesuffix("_deg") for column in columns)
-        return Program(name, title, name, settings=np.radians(values), settings_names=names)
+        names, units = zip(*(setting for column in columns if (setting := unit_of_column(column))), strict=True)
+        settings = np.stack([unit.read(values[:, k]) for k, unit in enumerate(units)], axis=-1)
+        return Program(name, title, name, settings=settings, settings_names=names, settings_units=units)
     lengths = _lengths(values)
     if (k := _first_not_unit(lengths)) is not None:
         raise ProgramError(
@@ -311,12 +322,12 @@ def _columns(where: str, header: list[str]) -> tuple[str, ...]:
             raise ProgramError(f"{where}: column {k + 1} has no name; {_COLUMNS}")
         if name in header[:k]:
             raise ProgramError(f"{where}: column {name!r} is there twice; once is right")
-        if name not in known and not _is_angle(name):
+        if name not in known and not unit_of_column(name):
             close = difflib.get_close_matches(name.lower(), (*known, "alpha1_deg", "alpha2_deg"), n=1)
             raise ProgramError(f"{where}: unknown column {name[:40]!r}{_did_you_mean(close)}; {_COLUMNS}")
-    angles = tuple(name for name in header if _is_angle(name))
-    if angles:
-        return angles
+    settings = tuple(name for name in header if unit_of_column(name))
+    if settings:
+        return settings
     triads = [triad for triad in _COSINES if set(triad) & set(header)]
     if not triads:
         raise ProgramError(f"{where}: neither angles nor direction cosines; {_COLUMNS}")
@@ -326,10 +337,6 @@ def _columns(where: str, header: list[str]) -> tuple[str, ...]:
     if missing:
         raise ProgramError(f"{where}: no column {missing[0]}; direction cosines are {', '.join(triads[0])}")
     return triads[0]
-
-
-def _is_angle(name: str) -> bool:
-    return name.endswith("_deg") and name.removesuffix("_deg").isidentifier()
 
 
 def _is_number(text: str) -> bool:

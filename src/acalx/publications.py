@@ -9,12 +9,14 @@ from typing import final
 import numpy as np
 
 from acalx.arrays import Array
+from acalx.sequences import regular_sequences
 
 __all__ = ["PUBLISHED", "Publication"]
 
 _PAPER = "Egorov, Kiryachenko, Popov, Giroskopiya i Navigatsiya 29(2), 2021, 47-58"
 _DERIVED = "coordinates derived from the printed figures"
 _CONSTRUCTED = "coordinates by construction, not printed there"
+_WANG = "Wang, Wang, Shen, Qin, J. Chin. Inert. Technol. 24(5), 2016, 583-588"
 _PRACTICE = "common laboratory practice"
 _BLIND = "a scalar calibration can't show non-orthogonality"
 
@@ -88,6 +90,12 @@ def _icosahedron() -> Array:
 def _dodecahedron() -> Array:
     golden = (1 + 5**0.5) / 2
     return np.concatenate([_signed(1, 1, 1), _cycled(_signed(0, 1 / golden, golden))])
+
+
+def _regular(rule: str, start: float, *steps: float) -> Mapping[str, tuple[float, ...]]:
+    """Sixteen positions of a platform, with both angles from the same start."""
+    angles = regular_sequences(rule, np.full(2, start), np.array(steps), 16) % 360.0
+    return {"gamma": tuple(angles[:, 0].tolist()), "alpha": tuple(angles[:, 1].tolist())}
 
 
 def _degrees(printed: str) -> tuple[float, ...]:
@@ -180,5 +188,28 @@ PUBLISHED: Mapping[str, Publication] = {
         "12 orientations, 30 degrees apart, about each of 3 horizontal axes",
         f"{_PRACTICE}; the same as rotations_36",
         lambda: _rotations(12),
+    ),
+    "platform_reference_16": Publication(
+        "16 positions of a platform on a grid of 45 degrees",
+        "found by exchange for D with second-order terms IS and SS, not published",
+        angles_deg={
+            "gamma": _degrees("0 45 45 45 90 90 135 135 135 180 225 270 270 270 270 315"),
+            "alpha": _degrees("45 90 225 315 0 90 90 180 270 315 180 0 90 225 315 180"),
+        },
+    ),
+    "platform_grid_16": Publication(
+        "4 outer by 4 inner positions of a platform, 90 degrees apart; not enough for most second-order terms",
+        _PRACTICE,
+        angles_deg=_regular("raster", 0.0, 90.0, 90.0),
+    ),
+    "platform_turn_16": Publication(
+        "16 positions of a platform, the axes in turn by 90 and 45 degrees from 110 degrees",
+        f"the best for D by turns of the starts and steps of {_WANG}; found by optimizer=traversal, not printed there",
+        angles_deg=_regular("turn", 110.0, 90.0, 45.0),
+    ),
+    "platform_raster_16": Publication(
+        "4 outer by 4 inner positions of a platform, 90 degrees apart, from 20 degrees",
+        f"the best for D by lines of the starts and steps of {_WANG}; found by optimizer=traversal, not printed there",
+        angles_deg=_regular("raster", 20.0, 90.0, 90.0),
     ),
 }

@@ -20,7 +20,7 @@ from acalx.problem import Problem
 from acalx.programs import Program, find_program
 from acalx.recording import RunDirectory
 from acalx.reporting.progress import Progress
-from acalx.reporting.tables import align, figures_table, program_table
+from acalx.reporting.tables import align, figures_table, program_table, units_line
 from acalx.stands import Stand
 
 __all__ = ["ENTRY", "main"]
@@ -62,6 +62,8 @@ def design(config: DictConfig, directory: RunDirectory) -> int:
         result: Result = optimizer.solve(problem, np.random.default_rng(seed), progress)
     finally:
         progress.close()
+    if len(result.best.settings) != problem.n:  # where the optimizer chooses how many
+        problem = replace(problem, n=len(result.best.settings))
     _record(problem, result, directory)  # before anything else can go wrong
     certificate = None
     if config.certificate and result.status != "interrupted":
@@ -81,6 +83,8 @@ def _record(problem: Problem, result: Result, directory: RunDirectory) -> None:
     directory.write_program(problem.stand, result.best.settings, problem.held)
     directory.write_alternatives(problem.stand, result.solutions)
     directory.write_history(result.history)
+    if result.survey is not None:
+        directory.write_survey(result.survey)
     _record_result(problem, result, None, directory)
 
 
@@ -88,6 +92,7 @@ def _record_result(problem: Problem, result: Result, certificate: Certificate | 
     directory.write_result(
         result.status,
         result.message,
+        n=problem.n,
         metrics=figures_of_merit(problem.information(result.best.settings)),
         loss=result.best.loss,
         evaluations=result.evaluations,
@@ -99,12 +104,15 @@ def _record_result(problem: Problem, result: Result, certificate: Certificate | 
 
 
 def _draw(problem: Problem, result: Result, reference: Program | None, directory: RunDirectory) -> None:
-    from acalx.reporting.figures import draw_convergence, draw_entries, draw_positions
+    from acalx.reporting.figures import draw_convergence, draw_entries, draw_landscape, draw_positions
 
     stimulus = problem.stand.stimulus(result.best.settings)
     if stimulus.specific_force is not None:
         draw_positions(stimulus.specific_force, directory.path, f"{problem.n} positions of the vertical")
-    draw_convergence(result.history, directory.path)
+    if result.survey is None:
+        draw_convergence(result.history, directory.path)
+    else:
+        draw_landscape(result.survey.numbers, result.survey.losses, directory.path)
     entries = {"this program": problem.model.regressors(stimulus)}
     if reference is not None:
         feels = problem.stand.stimulus(reference.settings_for(problem.stand))
@@ -127,6 +135,7 @@ def _show(
     print(program_table(problem.stand, settings, problem.held))
     print()
     print(align(figures_table(columns)))
+    print(units_line(problem.parameters))
     print()
     print(f"{result.message}; {result.evaluations} programs in {result.seconds:.2f} s")
     if certificate is not None:

@@ -239,7 +239,8 @@ def _require_gradient(criterion: Criterion, information: Information) -> None:
 def _require_solutions(optimizer: Optimizer, problem: Problem, result: Result) -> None:
     _require(len(result.solutions) > 0, optimizer, "there is one solution or more")
     for solution in result.solutions:
-        _require_shape(optimizer, "a solution", solution.settings, (problem.n, problem.d))
+        n = problem.n if result.survey is None else len(solution.settings)  # a survey is of numbers up to n
+        _require_shape(optimizer, "a solution", solution.settings, (n, problem.d))
         _require(bool(problem.stand.allows(solution.settings).all()), optimizer, "positions are ones the stand allows")
         loss = problem.loss(solution.settings)
         _require_close(optimizer, "the loss is that of the program", np.array(solution.loss), loss, 1e-9)

@@ -60,7 +60,8 @@ class Inequality(Ceiling):
         groups = list(dict.fromkeys(parameter.group for parameter in parameters))
         if self.group not in groups:
             raise ArgumentError(
-                f"Inequality: the model has no parameter group {self.group!r}; its groups are {', '.join(groups)}"
+                f"Inequality: the model has no parameter group {self.group!r}; its groups are {', '.join(groups)}; "
+                "name those, or choose a criterion without groups, such as criterion=d"
             )
 
     def loss(self, information: Information) -> Array:

@@ -1,6 +1,27 @@
 """Measurement models: how a sensor's error parameters show in its readings."""
 
 from acalx.models.base import Model
+from acalx.models.gyro_rate_table import GyroRateTable
+from acalx.models.joined import Composite, Joined
+from acalx.models.platform import Platform
+from acalx.models.platform_accel import PlatformAccel
+from acalx.models.platform_gyro import PlatformGyro
+from acalx.models.polynomial import Polynomial, Term
 from acalx.models.scalar_accel import ScalarAccel
+from acalx.models.scalar_accel_quadratic import ScalarAccelQuadratic
+from acalx.models.vector_accel import VectorAccel
 
-__all__ = ["Model", "ScalarAccel"]
+__all__ = [
+    "Composite",
+    "GyroRateTable",
+    "Joined",
+    "Model",
+    "Platform",
+    "PlatformAccel",
+    "PlatformGyro",
+    "Polynomial",
+    "ScalarAccel",
+    "ScalarAccelQuadratic",
+    "Term",
+    "VectorAccel",
+]

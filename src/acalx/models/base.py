@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import fields, replace
+from typing import Protocol
 
 import numpy as np
 
@@ -13,6 +14,12 @@ from acalx.information import Information, Parameter
 from acalx.stimulus import Stimulus
 
 __all__ = ["Model"]
+
+
+class _Stand(Protocol):
+    """What a model asks of an `acalx.stands.Stand`."""
+
+    def advice(self, quantity: str) -> str: ...
 
 
 class Model(ABC):
@@ -47,13 +54,22 @@ class Model(ABC):
         """The fewest positions that can determine all the parameters."""
         return -(-len(self.parameters) // self.outputs)
 
+    @property
+    def entries(self) -> int:
+        """Number of entries of the rows of a position that are not zero in every position; m p, or fewer."""
+        return self.outputs * len(self.parameters)
+
     @abstractmethod
     def regressors(self, stimulus: Stimulus) -> Array:
         """Rows h of H, (..., n, m, p), each divided by the noise standard deviation of its output."""
 
     def information(self, stimulus: Stimulus) -> Information:
         """Information of programs, matrices (..., p, p)."""
-        return Information.from_regressors(self.regressors(stimulus), self.parameters)
+        return self.information_of(self.regressors(stimulus))
+
+    def information_of(self, regressors: Array) -> Information:
+        """Information of programs whose rows (..., n, m, p) are there already."""
+        return Information.from_regressors(regressors, self.parameters)
 
     def derivative(self, stimulus: Stimulus) -> Stimulus:
         """Derivatives of the regressors with respect to the stimulus, arrays (..., n, m, p, 3).
@@ -74,12 +90,17 @@ class Model(ABC):
             derivatives[name] = np.stack(columns, axis=-1)
         return Stimulus(**derivatives)
 
-    def check(self, stimulus: Stimulus, stand: object) -> None:
+    def pull(self, stimulus: Stimulus, rows: Array) -> Stimulus:
+        """From a gradient with respect to the regressors, (..., n, m, p), to the stimulus, (..., n, 3)."""
+        by_stimulus = self.derivative(stimulus).quantities()
+        return Stimulus(**{name: np.einsum("...nmp,...nmpk->...nk", rows, each) for name, each in by_stimulus})
+
+    def check(self, stimulus: Stimulus, stand: _Stand) -> None:
         """Raise CompatibilityError where the stand does not provide what the model needs."""
         known = [field.name for field in fields(Stimulus)]
         for name in self.needs:
             if name not in known or getattr(stimulus, name) is None:
                 raise CompatibilityError(
                     f"model {type(self).__name__} needs the {name.replace('_', ' ')}, "
-                    f"which stand {type(stand).__name__} does not provide"
+                    f"which stand {type(stand).__name__} does not provide{stand.advice(name)}"
                 )

@@ -73,9 +73,12 @@ def judge(losses: Array, agreement: float) -> Verdict:
 
 
 def distinct_solutions(
-    problem: Problem, settings: Iterable[Array], losses: Iterable[float], tolerance: float
+    problem: Problem, settings: Iterable[Array], losses: Iterable[float], tolerance: float, *, sort: bool = True
 ) -> tuple[Solution, ...]:
-    """The best program and all others within a tolerance of its loss, each set of positions once."""
+    """The best program and all others within a tolerance of its loss, each set of positions once.
+
+    Positions are sorted by their angles, unless their order has a meaning.
+    """
     ranked = sorted(zip(losses, settings, strict=True), key=lambda pair: pair[0])
     kept: list[Solution] = []
     forces: list[Array] = []
@@ -86,7 +89,7 @@ def distinct_solutions(
         rows = rows.reshape(len(program), -1)
         if any(_same_positions(rows, other) for other in forces):
             continue
-        kept.append(Solution(problem.canonical(program), float(loss)))
+        kept.append(Solution(problem.canonical(program) if sort else program, float(loss)))
         forces.append(rows)
     return tuple(kept)
 

@@ -14,9 +14,11 @@ from acalx.arrays import Array
 from acalx.errors import AcalxError, CompatibilityError
 from acalx.problem import Problem
 
-__all__ = ["Account", "Optimizer", "Result", "Solution", "Status", "Watch"]
+__all__ = ["Account", "Optimizer", "Result", "Solution", "Status", "Survey", "Watch"]
 
 Status = Literal["ok", "limit", "interrupted"]
+# Losses of a survey that differ by less are the same.
+_SAME = 1e-9
 Watch = Callable[["Account"], None]
 
 
@@ -35,6 +37,34 @@ class Solution:
 
 
 @dataclass(frozen=True)
+class Survey:
+    """Every program that a systematic search looked at: s sequences, each with several numbers of positions.
+
+    Parameters
+    ----------
+    names : tuple of str
+        What makes a sequence, names with their units.
+    sequences : array (s, len(names))
+    numbers : array (k,)
+        Numbers of positions, ascending.
+    losses : array (s, k)
+        Of the information per measurement; inf where singular or not allowed.
+    """
+
+    names: tuple[str, ...]
+    sequences: Array
+    numbers: np.ndarray
+    losses: Array
+
+    @property
+    def best(self) -> tuple[int, int]:
+        """Row and column of the best program; the shortest of those that are as good."""
+        near = self.losses <= self.losses.min() + _SAME
+        column = int(near.any(axis=0).argmax())
+        return int(near[:, column].argmax()), column
+
+
+@dataclass(frozen=True)
 class Result:
     """What an optimizer found.
 
@@ -47,7 +77,8 @@ class Result:
         Why the search ended.
     solutions : tuple of Solution
         The best program first, then all distinct ones that are equally good to the
-        optimizer's tolerance.
+        optimizer's tolerance. They have the problem's number of positions, or fewer where the
+        optimizer chooses it.
     evaluations : int
         Number of programs evaluated.
     seconds : float
@@ -55,6 +86,8 @@ class Result:
         Each time the best loss fell.
     gain : float or None
         By how much the final polish lowered the loss; None where there was none.
+    survey : Survey or None
+        All that was looked at, from a search that goes through everything.
     """
 
     status: Status
@@ -64,6 +97,7 @@ class Result:
     seconds: float
     history: list[tuple[int, float, float]]
     gain: float | None = None
+    survey: Survey | None = None
 
     @property
     def best(self) -> Solution:
@@ -164,16 +198,18 @@ class Optimizer(ABC):
 
 def no_regular_program(problem: Problem) -> str:
     """Message for a problem in which every program that was tried is singular."""
-    limits = ", ".join(
-        f"{s.name}_deg=[{np.degrees(s.lower):g},{np.degrees(s.upper):g}]" for s in problem.stand.settings
-    )
+    limits = ", ".join(setting.limits.replace(", ", ",") for setting in problem.stand.settings)
     everything = problem.random(np.random.default_rng(0), 1)
     many = replace(problem, n=max(problem.n, 500), replicates=True)
     unseen = many.information(many.random(np.random.default_rng(0), 1)[0]).inestimable()
     if not unseen:
         unseen = problem.information(everything[0]).inestimable()
     can_not = f"; no position there shows {'; '.join(unseen)}" if unseen else ""
-    return f"no program of {problem.n} positions within {limits} can estimate all the parameters{can_not}"
+    fixed = problem.stand.circumstances
+    where, remedy = (f" with {fixed}", f"; change {fixed.replace(', ', ' or ')}") if fixed else ("", "")
+    return (
+        f"no program of {problem.n} positions within {limits}{where} can estimate all the parameters{can_not}{remedy}"
+    )
 
 
 def refuse_steps(optimizer: Optimizer, problem: Problem, instead: str) -> None:

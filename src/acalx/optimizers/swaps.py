@@ -139,14 +139,16 @@ class _Programs:
         self.problem, self.account = problem, account
         self.settings = settings.copy()
         self.regressors = problem.model.regressors(problem.stand.stimulus(settings))
-        self.matrix = Information.from_regressors(self.regressors, problem.parameters).matrix
+        self.matrix = problem.model.information_of(self.regressors).matrix
         self.loss = problem.loss(settings)
         account.see(settings, self.loss)
 
     def exchange(self, going: np.ndarray, position: int, move: _Move) -> None:
         """Exchange one position of some programs for the best choice of a move."""
         many = len(move.choices(self.problem, self.settings[going[:1], position])[0].reshape(-1, self.problem.d))
-        size = max(1, _CHUNK // (many * len(self.problem.parameters)))
+        p = len(self.problem.parameters)
+        each = p if self.problem.model.outputs == 1 else p * p  # with several outputs by whole matrices
+        size = max(1, _CHUNK // (many * each))
         for k in range(0, len(going), size):
             self._exchange(going[k : k + size], position, move)
         self.account.keep(self.settings[going], self.loss[going])
@@ -175,7 +177,7 @@ class _Programs:
         """Put positions in where the loss, computed anew, is less."""
         rows = self.regressors[members].copy()
         rows[:, position] = regressors
-        information = Information.from_regressors(rows, self.problem.parameters)
+        information = self.problem.model.information_of(rows)
         loss = self.problem.loss_of(information)
         better = loss < self.loss[members]  # else the gain was rounding
         members = members[better]

@@ -18,16 +18,14 @@ import numpy as np
 
 from acalx.arrays import Array
 from acalx.errors import ArgumentError
-from acalx.optimizers import Solution
+from acalx.optimizers import Solution, Survey
 from acalx.stands import Stand
 
-__all__ = ["RunDirectory", "degrees", "versions"]
+__all__ = ["RunDirectory", "versions"]
 
 _RESULT = "result.json"
 # What every result has, also that of a run that failed before it began.
 _ALWAYS = {"n": None, "seed": None, "metrics": None, "loss": None, "evaluations": 0, "seconds": 0.0}
-# Digits of an angle in degrees: finer than a double holds in rad, so that 45 stays 45.
-_DECIMALS = 12
 
 
 @dataclass(frozen=True)
@@ -101,7 +99,7 @@ class RunDirectory:
         (self.path / name).write_text(text, encoding="utf-8")
 
     def write_program(self, stand: Stand, settings: Array, held: int = 0) -> None:
-        """program.csv: angles in degrees and the unit vector of the vertical in sensor axes.
+        """program.csv: settings, angles in degrees, and the unit vector of the vertical in sensor axes.
 
         Where the first positions are held, a last column says which are fixed and which were chosen.
         """
@@ -125,16 +123,20 @@ class RunDirectory:
         rows = [[evaluations, f"{seconds:.6f}", repr(loss)] for evaluations, seconds, loss in history]
         self._write_table("history.csv", ["evaluations", "seconds", "loss"], rows)
 
+    def write_survey(self, survey: Survey) -> None:
+        """landscape.csv: the loss per measurement of each sequence with each number of positions."""
+        rows = [
+            [*map(repr, sequence), number, repr(loss)]
+            for sequence, losses in zip(survey.sequences.tolist(), survey.losses.tolist(), strict=True)
+            for number, loss in zip(survey.numbers.tolist(), losses, strict=True)
+        ]
+        self._write_table("landscape.csv", [*survey.names, "n", "loss_per_measurement"], rows)
+
     def _write_table(self, name: str, header: Sequence[str], rows: Iterable[Sequence[Any]]) -> None:
         with (self.path / name).open("w", encoding="utf-8", newline="") as file:
             writer = csv.writer(file, lineterminator="\n")
             writer.writerow(header)
             writer.writerows(rows)
-
-
-def degrees(settings: Array) -> Array:
-    """Angles in degrees, free of the rounding that the way through radians leaves."""
-    return np.asarray(np.round(np.degrees(settings), _DECIMALS) + 0.0)
 
 
 def versions() -> dict[str, str]:
@@ -145,12 +147,12 @@ def versions() -> dict[str, str]:
 
 
 def _columns(stand: Stand) -> list[str]:
-    return [*(f"{name}_deg" for name in stand.names), "eta_x", "eta_y", "eta_z"]
+    return [*stand.columns, "eta_x", "eta_y", "eta_z"]
 
 
 def _rows(stand: Stand, settings: Array) -> list[list[Any]]:
     force = stand.stimulus(settings).specific_force
-    angles = degrees(settings).tolist()
+    angles = stand.written(settings).tolist()
     directions = [[]] * len(angles) if force is None else (force + 0.0).tolist()
     return [
         [number, *map(repr, row), *map(repr, eta)]

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["draw_convergence", "draw_entries", "draw_positions", "new_figure", "save"]
+__all__ = ["draw_convergence", "draw_entries", "draw_landscape", "draw_positions", "new_figure", "save"]
 
 _INK, _PALE, _SERIES = "#1b2a41", "#b8c4d6", ("#c8553d", "#2a6f97", "#588157", "#8d6b94")
 _STYLE: dict[Any, Any] = {
@@ -124,11 +124,43 @@ def draw_convergence(history: Sequence[tuple[int, float, float]], directory: Pat
     save(figure, directory, "convergence")
 
 
+def draw_landscape(numbers: Array, losses: Array, directory: Path) -> None:
+    """Value of the information per measurement against the number of positions, of all sequences.
+
+    After Figures 2 and 3 of Wang, Wang, Shen, Qin (2016): for D it is the determinant of H'H / N.
+
+    Parameters
+    ----------
+    numbers : array (k,)
+    losses : array (s, k)
+        Per measurement; inf where singular.
+    """
+    from matplotlib.ticker import MaxNLocator
+
+    figure, (axes,) = new_figure(6.0, 3.8)
+    finite = np.isfinite(losses)
+    row, column = np.nonzero(finite)
+    label = f"{len(losses)} sequences"
+    axes.semilogy(numbers[column], np.exp(-losses[row, column]), ".", color=_PALE, markersize=4, label=label)
+    some = finite.any(axis=0)
+    best = np.exp(-losses[:, some].min(axis=0))
+    axes.semilogy(numbers[some], best, "o-", color=_SERIES[1], markersize=4, label="the best of them")
+    k = int(best.argmax())
+    axes.semilogy(numbers[some][k], best[k], "o", color=_SERIES[0], markersize=8, label="chosen")
+    axes.set_xlabel("positions N")
+    axes.set_ylabel("1 / criterion, per measurement")
+    axes.xaxis.set_major_locator(MaxNLocator(integer=True))
+    axes.grid(visible=True, color=_PALE, linewidth=0.4)
+    axes.legend(frameon=False)
+    save(figure, directory, "landscape")
+
+
 def draw_entries(programs: Mapping[str, Array], directory: Path, name: str = "entries") -> None:
     """Sorted entries of the regressor matrix H of one or several programs.
 
     A program that uses all that a stand offers fills the range evenly; one of high symmetry
-    repeats values and has many zeros. After Figure 3 of Egorov, Kiryachenko, Popov (2021).
+    repeats values and has many zeros. Zeros that only say that an output has nothing to do with
+    a parameter are left out. After Figure 3 of Egorov, Kiryachenko, Popov (2021).
 
     Parameters
     ----------
@@ -137,10 +169,17 @@ def draw_entries(programs: Mapping[str, Array], directory: Path, name: str = "en
     """
     figure, (axes,) = new_figure(6.0, 3.8)
     for (label, regressors), color in zip(programs.items(), _SERIES, strict=False):
-        entries = np.sort(regressors.ravel())
+        entries = np.sort(_dependent(regressors).ravel())
         axes.plot((np.arange(len(entries)) + 0.5) / len(entries), entries, ".", color=color, markersize=4, label=label)
     axes.set_xlabel("share of the entries of H")
     axes.set_ylabel("entry")
     axes.grid(visible=True, color=_PALE, linewidth=0.4)
     axes.legend(frameon=False)
     save(figure, directory, name)
+
+
+def _dependent(regressors: Array) -> Array:
+    """Without the zeros of parameters that an output of several, (n, m, p), does not depend on."""
+    if regressors.ndim != 3 or regressors.shape[1] == 1:
+        return regressors
+    return np.asarray(regressors[:, (regressors != 0.0).any(axis=0)])

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from acalx.arrays import Array
+from acalx.information import Parameter
 from acalx.stands import Stand
 
-__all__ = ["align", "figures_table", "markdown", "program_table"]
+__all__ = ["align", "figures_table", "markdown", "program_table", "units_line"]
 
 
 def align(rows: Sequence[Sequence[str]]) -> str:
@@ -33,12 +34,15 @@ def markdown(rows: Sequence[Sequence[str]]) -> str:
 
 
 def program_table(stand: Stand, settings: Array, held: int = 0, most: int = 60) -> str:
-    """Positions of a program with its angles in degrees and the vertical in sensor axes; the first ones are fixed."""
+    """Positions of a program with its settings, angles in degrees, and the vertical in sensor axes.
+
+    The first `held` ones are marked as fixed.
+    """
     force = stand.stimulus(settings).specific_force
-    rows = [["position", *(f"{name} deg" for name in stand.names)]]
+    rows = [["position", *(f"{setting.name} {setting.unit.symbol}" for setting in stand.settings)]]
     if force is not None:
         rows[0] += ["eta x", "eta y", "eta z"]
-    for k, angles in enumerate(np.degrees(settings)[:most]):
+    for k, angles in enumerate(stand.written(settings[:most])):
         row = [f"{k + 1} fixed" if k < held else str(k + 1), *(f"{angle + 0.0:.2f}" for angle in angles)]
         if force is not None:
             row += [f"{value:+.4f}" for value in np.round(force[k], 4) + 0.0]
@@ -72,3 +76,13 @@ def figures_table(columns: Mapping[str, Mapping[str, Any]]) -> list[list[str]]:
         rows.append([f"inequality {group}", *cells])
     rows.append(["condition number", *(f"{metrics['condition_number']:.4g}" for metrics in columns.values())])
     return rows
+
+
+def units_line(parameters: Iterable[Parameter]) -> str:
+    """In which units the standard deviations of each group are."""
+    units: dict[str, list[str]] = {}
+    for parameter in parameters:
+        of_group = units.setdefault(parameter.group, [])
+        if parameter.unit not in of_group:
+            of_group.append(parameter.unit)
+    return "units: " + ", ".join(f"{group} {' and '.join(names)}" for group, names in units.items())

@@ -13,6 +13,7 @@ from acalx.arrays import Array
 from acalx.errors import ArgumentError, CompatibilityError
 from acalx.stands.zones import Zone
 from acalx.stimulus import Stimulus
+from acalx.units import DEGREE, Unit
 
 __all__ = ["Setting", "Stand"]
 
@@ -26,18 +27,20 @@ _MOST_DRAWS = 200
 
 @dataclass(frozen=True)
 class Setting:
-    """One adjustable angle of a stand.
+    """One adjustable angle of a stand, or a rate or another quantity that it can set.
 
     Parameters
     ----------
     name : str
         Its name; files and the command line add the unit, ``alpha1`` is ``alpha1_deg`` there.
-    lower, upper : float, in rad
+    lower, upper : float, in rad or the SI unit of what is set
         Limits, both allowed.
-    step : float, in rad, optional
-        Resolution: the angle stops at whole multiples of it only. None: anywhere.
+    step : float, in the same unit, optional
+        Resolution: the setting stops at whole multiples of it only. None: anywhere.
     periodic : bool
-        Whether a full turn more is the same position.
+        Whether a full turn more is the same position; for angles only.
+    unit : Unit
+        What people read and write it in; degrees for an angle.
     """
 
     name: str
@@ -45,6 +48,7 @@ class Setting:
     upper: float
     step: float | None = None
     periodic: bool = True
+    unit: Unit = DEGREE
 
     def __post_init__(self) -> None:
         for name, value in (("lower", self.lower), ("upper", self.upper), ("step", self.step or 0.0)):
@@ -52,22 +56,32 @@ class Setting:
                 raise ArgumentError(f"{self.name}: {name}={value!r}: must be a number, in rad")
         if not isinstance(self.periodic, bool):
             raise ArgumentError(f"{self.name}: periodic={self.periodic!r}: must be true or false")
-        limits = f"[{math.degrees(self.lower):g}, {math.degrees(self.upper):g}]"
+        if self.periodic and self.unit.turn is None:
+            raise ArgumentError(f"{self.column}: only an angle is periodic, not what is in {self.unit.plural}")
         if not (math.isfinite(self.lower) and math.isfinite(self.upper)):
-            raise ArgumentError(f"{self.name}_deg={limits}: bounds must be finite numbers of degrees")
+            raise ArgumentError(f"{self.limits}: bounds must be finite numbers of {self.unit.plural}")
         if self.lower >= self.upper:
-            raise ArgumentError(f"{self.name}_deg={limits}: the lower bound must be below the upper one")
+            raise ArgumentError(f"{self.limits}: the lower bound must be below the upper one")
         if self.periodic and self.upper - self.lower > _TURN * (1 + _SLACK):
-            raise ArgumentError(f"{self.name}_deg={limits}: a periodic angle spans 360 degrees at most")
+            raise ArgumentError(f"{self.limits}: a periodic angle spans 360 degrees at most")
         if self.step is not None:
+            step = f"{self.step / self.unit.size:g}"
             if not (math.isfinite(self.step) and self.step > 0):
                 raise ArgumentError(
-                    f"step_deg={math.degrees(self.step):g}: a step must be a positive number of degrees"
+                    f"{self.unit.column('step')}={step}: a step must be a positive number of {self.unit.plural}"
                 )
             if not self.full_turn and math.floor(self._last) < math.ceil(self._first):
-                raise ArgumentError(
-                    f"{self.name}_deg={limits} holds no multiple of the step of {math.degrees(self.step):g} degrees"
-                )
+                raise ArgumentError(f"{self.limits} holds no multiple of the step of {step} {self.unit.plural}")
+
+    @property
+    def column(self) -> str:
+        """Its name with the unit, as in files and on the command line."""
+        return self.unit.column(self.name)
+
+    @property
+    def limits(self) -> str:
+        """Its limits as on the command line."""
+        return f"{self.column}=[{self.lower / self.unit.size:g}, {self.upper / self.unit.size:g}]"
 
     @property
     def full_turn(self) -> bool:
@@ -85,7 +99,7 @@ class Setting:
         return self.upper / self.step * (1 + math.copysign(_SLACK, self.upper))
 
     def stops(self) -> Array:
-        """All the angles of a stepped setting, in rad, ascending."""
+        """All that a stepped setting can take, in rad or the SI unit, ascending."""
         if self.step is None:
             raise CompatibilityError(f"{self.name} has no steps: it stops anywhere")
         stops = np.arange(math.ceil(self._first), math.floor(self._last) + 1) * self.step
@@ -140,11 +154,11 @@ class Stand(ABC):
     @property
     @abstractmethod
     def settings(self) -> tuple[Setting, ...]:
-        """The d angles that set a position, with their limits."""
+        """The d angles, or other settings, of a position, with their limits."""
 
     @abstractmethod
     def stimulus(self, settings: Array) -> Stimulus:
-        """What the sensor feels: settings (..., n, d) in rad to arrays (..., n, 3)."""
+        """What the sensor feels: settings (..., n, d), in rad where they are angles, to arrays (..., n, 3)."""
 
     def derivative(self, settings: Array) -> Stimulus:
         """Derivatives of the stimulus with respect to the settings, arrays (..., n, 3, d).
@@ -171,14 +185,41 @@ class Stand(ABC):
         """
         raise CompatibilityError(f"{type(self).__name__} can't be aimed at directions: give its angles instead")
 
+    def either(self, first: Array, second: Array, *, free: np.ndarray) -> Array:
+        """Of two settings (..., n, 2) for the same direction, angles both, the first that the limits allow.
+
+        Parameters
+        ----------
+        first, second : array (..., n, 2), in rad
+        free : array (..., n) of bool
+            Where the second angle does not matter.
+        """
+        inner = self.settings[1]
+        any_angle = min(max(0.0, inner.lower), inner.upper) if inner.step is None else inner.stops()[0]
+        for angles in (first, second):
+            for k, setting in enumerate(self.settings):
+                angles[..., k] = setting.reach(angles[..., k])
+            angles[..., 1] = np.where(free & ~inner.allows(angles[..., 1]), any_angle, angles[..., 1])
+        use_second = self.allows(second) & ~self.allows(first)
+        return np.where(use_second[..., None], second, first)
+
     @property
     def names(self) -> tuple[str, ...]:
         """Names of the settings."""
         return tuple(setting.name for setting in self.settings)
 
     @property
+    def columns(self) -> tuple[str, ...]:
+        """Names of the settings with their units, as in files."""
+        return tuple(setting.column for setting in self.settings)
+
+    def written(self, settings: Array) -> Array:
+        """Settings (..., d) in the units that people read."""
+        return np.stack([s.unit.write(settings[..., k]) for k, s in enumerate(self.settings)], axis=-1)
+
+    @property
     def bounds(self) -> Array:
-        """Lower and upper limits of the settings, (d, 2) in rad."""
+        """Lower and upper limits of the settings, (d, 2)."""
         return np.array([(setting.lower, setting.upper) for setting in self.settings])
 
     @property
@@ -214,6 +255,15 @@ class Stand(ABC):
     def frequencies(self) -> tuple[int, ...] | None:
         """Degree of the stimulus as a trigonometric polynomial in each setting; None if unknown."""
         return None
+
+    def advice(self, quantity: str) -> str:
+        """What to add to the message that the stand does not provide a quantity of the stimulus."""
+        return ""
+
+    @property
+    def circumstances(self) -> str:
+        """Options other than limits and steps on which it depends what can be estimated, for messages."""
+        return ""
 
     @property
     def stepped(self) -> bool:

@@ -11,8 +11,8 @@ from typing import Any, final
 import numpy as np
 
 from acalx.arrays import Array, components, sin_cos
-from acalx.errors import ArgumentError
 from acalx.stands.base import Setting, Stand
+from acalx.stands.options import angle, require_limits, require_number, require_steps, require_switch
 from acalx.stands.zones import Zone, read_zones
 from acalx.stimulus import Stimulus
 
@@ -44,6 +44,11 @@ class TwoAxis(Stand):
     forbidden_if : str or callable
         Function of arrays ``alpha1_deg, alpha2_deg``, true where a setting must not be taken;
         or where it is, as ``module.function``.
+    dip_deg : float, degrees, optional
+        How far the magnetic field points below the horizon. None: the field plays no part.
+    field_azimuth_deg : float, degrees
+        Of the field's horizontal part, from the table's x axis at zero angles towards y, the
+        axis of alpha1.
 
     Raises
     ------
@@ -58,46 +63,41 @@ class TwoAxis(Stand):
     alpha2_deg: Sequence[float] = (0.0, 360.0)
     step_deg: float | Sequence[float | None] | None = None
     periodic: bool = True
+    dip_deg: float | None = None
+    field_azimuth_deg: float = 0.0
     forbidden: Sequence[Mapping[str, Sequence[float]]] = ()
     forbidden_if: str | Callable[..., Any] | None = None
 
     def __post_init__(self) -> None:
         for name in ("alpha1_deg", "alpha2_deg"):
-            object.__setattr__(self, name, _pair(name, getattr(self, name)))
-        if isinstance(self.step_deg, Sequence) and not isinstance(self.step_deg, str):
-            object.__setattr__(self, "step_deg", tuple(self.step_deg))
-        if len(self._steps) != 2 or not all(step is None or _is_number(step) for step in self._steps):
-            raise ArgumentError(
-                f"step_deg={self.step_deg}: a step is a number of degrees, or null for none, or a pair of them"
-            )
-        if not isinstance(self.periodic, bool):
-            raise ArgumentError(f"periodic={self.periodic}: must be true or false")
+            object.__setattr__(self, name, require_limits(name, getattr(self, name)))
+        _ = self._steps
+        require_switch("periodic", self.periodic)
+        if self.dip_deg is not None:
+            require_number("dip_deg", self.dip_deg, -90.0, 90.0)
+        require_number("field_azimuth_deg", self.field_azimuth_deg, -360.0, 360.0)
         _ = self.settings, self.zones  # built once here so that bad ones are refused at construction
 
     @cached_property
     def settings(self) -> tuple[Setting, ...]:
         """The two angles, alpha1 and alpha2."""
-        limits = (("alpha1", self.alpha1_deg), ("alpha2", self.alpha2_deg))
-        return tuple(
-            Setting(
-                name,
-                math.radians(lower),
-                math.radians(upper),
-                None if step is None else math.radians(step),
-                self.periodic,
-            )
-            for (name, (lower, upper)), step in zip(limits, self._steps, strict=True)
+        return (
+            angle("alpha1", self.alpha1_deg, self._steps[0], self.periodic),
+            angle("alpha2", self.alpha2_deg, self._steps[1], self.periodic),
         )
+
+    def advice(self, quantity: str) -> str:
+        """The field is there where its dip is given."""
+        return " unless its dip is given, as in stand.dip_deg=65" if quantity == "magnetic_field" else ""
 
     @property
     def _steps(self) -> tuple[float | None, ...]:
-        return self.step_deg if isinstance(self.step_deg, tuple) else (self.step_deg,) * 2
+        return require_steps("step_deg", self.step_deg, 2)
 
     @cached_property
     def zones(self) -> tuple[Zone, ...]:
         """The forbidden boxes, then what the function says."""
-        names, periodic = [f"{name}_deg" for name in self.names], [self.periodic] * 2
-        return read_zones(names, periodic, self.forbidden, self.forbidden_if)
+        return read_zones(self.settings, self.forbidden, self.forbidden_if)
 
     @property
     def frequencies(self) -> tuple[int, ...]:
@@ -108,7 +108,8 @@ class TwoAxis(Stand):
         """The vertical in sensor axes: settings (..., n, 2) in rad."""
         sin, cos = sin_cos(settings)
         cos1 = cos[..., 0]
-        return Stimulus(specific_force=components(sin[..., 0], cos1 * sin[..., 1], cos1 * cos[..., 1]))
+        vertical = components(sin[..., 0], cos1 * sin[..., 1], cos1 * cos[..., 1])
+        return Stimulus(specific_force=vertical, magnetic_field=None if self.dip_deg is None else self._field(sin, cos))
 
     def derivative(self, settings: Array) -> Stimulus:
         """Derivative of the vertical, (..., n, 3, 2)."""
@@ -116,7 +117,30 @@ class TwoAxis(Stand):
         sin1, sin2, cos1, cos2 = sin[..., 0], sin[..., 1], cos[..., 0], cos[..., 1]
         by_alpha1 = components(cos1, -sin1 * sin2, -sin1 * cos2)
         by_alpha2 = components(np.zeros_like(sin1), cos1 * cos2, -cos1 * sin2)
-        return Stimulus(specific_force=components(by_alpha1, by_alpha2))
+        vertical = components(by_alpha1, by_alpha2)
+        return Stimulus(vertical, magnetic_field=None if self.dip_deg is None else self._field_derivative(sin, cos))
+
+    @cached_property
+    def _level_field(self) -> tuple[float, float, float]:
+        """The field in the axes of the sensor at zero angles, z up."""
+        assert self.dip_deg is not None  # else there is no field
+        dip, azimuth = math.radians(self.dip_deg), math.radians(self.field_azimuth_deg)
+        return math.cos(dip) * math.cos(azimuth), math.cos(dip) * math.sin(azimuth), -math.sin(dip)
+
+    def _field(self, sin: Array, cos: Array) -> Array:
+        """Turned about y by alpha1, then about x by alpha2, as the vertical is."""
+        sin1, sin2, cos1, cos2 = sin[..., 0], sin[..., 1], cos[..., 0], cos[..., 1]
+        x, y, z = self._level_field
+        up = z * cos1 - x * sin1
+        return components(x * cos1 + z * sin1, y * cos2 + up * sin2, up * cos2 - y * sin2)
+
+    def _field_derivative(self, sin: Array, cos: Array) -> Array:
+        sin1, sin2, cos1, cos2 = sin[..., 0], sin[..., 1], cos[..., 0], cos[..., 1]
+        x, y, z = self._level_field
+        up, fall = z * cos1 - x * sin1, -z * sin1 - x * cos1
+        by_alpha1 = components(-x * sin1 + z * cos1, fall * sin2, fall * cos2)
+        by_alpha2 = components(np.zeros_like(sin1), up * cos2 - y * sin2, -up * sin2 - y * cos2)
+        return components(by_alpha1, by_alpha2)
 
     def aim(self, directions: Array) -> Array:
         """Settings for directions of the vertical in sensor axes, the pair that the limits allow."""
@@ -124,26 +148,5 @@ class TwoAxis(Stand):
         first = np.stack([np.arctan2(x, np.hypot(y, z)), np.arctan2(y, z)], axis=-1)
         first = np.where(np.abs(first) < 1e-15, 0.0, first)  # not a turn less a rounding error
         second = np.stack([math.pi - first[..., 0], first[..., 1] + math.pi], axis=-1)
-        for k, setting in enumerate(self.settings):
-            first[..., k] = setting.reach(first[..., k])
-            second[..., k] = setting.reach(second[..., k])
-        inner = self.settings[1]
-        free = np.hypot(y, z) < 1e-12  # along the first axis the second angle does not matter
-        any_angle = min(max(0.0, inner.lower), inner.upper) if inner.step is None else inner.stops()[0]
-        for angles in (first, second):
-            angles[..., 1] = np.where(free & ~inner.allows(angles[..., 1]), any_angle, angles[..., 1])
-        use_second = self.allows(second) & ~self.allows(first)
-        return np.where(use_second[..., None], second, first)
-
-
-def _is_number(value: object) -> bool:
-    return isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
-
-
-def _pair(name: str, value: object) -> tuple[float, float]:
-    if not (isinstance(value, Sequence) and not isinstance(value, str) and len(value) == 2):
-        raise ArgumentError(f"{name}={value}: give a lower and an upper limit in degrees, as in {name}=[-180,180]")
-    lower, upper = value
-    if not (_is_number(lower) and _is_number(upper)):
-        raise ArgumentError(f"{name}=[{lower}, {upper}]: both limits must be finite numbers of degrees")
-    return float(lower), float(upper)
+        # along the first axis the second angle does not matter
+        return self.either(first, second, free=np.hypot(y, z) < 1e-12)

@@ -9,12 +9,15 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, final
+from typing import TYPE_CHECKING, Any, final
 
 import numpy as np
 
 from acalx.arrays import Array
 from acalx.errors import ArgumentError, PluginError
+
+if TYPE_CHECKING:
+    from acalx.stands.base import Setting
 
 __all__ = ["Box", "Custom", "Zone", "read_zones"]
 
@@ -135,16 +138,15 @@ class Custom(Zone):
     Parameters
     ----------
     function : callable
-        Takes one array in degrees for each setting, by the names that the columns of a program
-        have (``alpha1_deg=...``), all of one shape; returns booleans of that shape.
-    names : tuple of str
-        Those names.
+        Takes one array for each setting in its unit, by the name that its column of a program
+        has (``alpha1_deg=...``), all of one shape; returns booleans of that shape.
+    settings : tuple of Setting
     label : str
         What the user calls it.
     """
 
     function: Callable[..., Any]
-    names: tuple[str, ...]
+    settings: tuple[Setting, ...]
     label: str
 
     @property
@@ -154,7 +156,7 @@ class Custom(Zone):
 
     def holds(self, settings: Array) -> np.ndarray:
         """Ask the function."""
-        given = {name: np.degrees(settings[..., k]) for k, name in enumerate(self.names)}
+        given = {s.column: s.unit.write(settings[..., k]) for k, s in enumerate(self.settings)}
         try:
             answer = np.asarray(self.function(**given))
         except Exception as error:
@@ -172,17 +174,13 @@ class Custom(Zone):
         return np.asarray(self.holds(centers[:, None, :] + offsets * half[:, None, :]).all(axis=-1))
 
 
-def read_zones(
-    names: Sequence[str], periodic: Sequence[bool], forbidden: object, forbidden_if: object
-) -> tuple[Zone, ...]:
+def read_zones(settings: Sequence[Setting], forbidden: object, forbidden_if: object) -> tuple[Zone, ...]:
     """Zones from what a configuration says.
 
     Parameters
     ----------
-    names : sequence of str
-        Of the settings as a program's columns have them, ``alpha1_deg``.
-    periodic : sequence of bool
-    forbidden : sequence of mappings from names to (lower, upper) in degrees, or None
+    settings : sequence of Setting
+    forbidden : sequence of mappings from columns, ``alpha1_deg``, to (lower, upper) in their unit, or None
         Boxes; a setting that is left out may have any angle.
     forbidden_if : str, callable or None
         A function, or where it is, ``module.function``.
@@ -195,32 +193,35 @@ def read_zones(
     zones: list[Zone] = []
     if forbidden is not None:
         if not isinstance(forbidden, Sequence) or isinstance(forbidden, str):
-            raise ArgumentError(f"forbidden={forbidden!r}: give a list of boxes, as in {_example(names)}")
-        zones += [_box(box, names, periodic) for box in forbidden]
+            raise ArgumentError(f"forbidden={forbidden!r}: give a list of boxes, as in {_example(settings)}")
+        zones += [_box(box, settings) for box in forbidden]
     if forbidden_if is not None:
-        zones.append(Custom(_function(forbidden_if, names), tuple(names), _label(forbidden_if)))
+        columns = [setting.column for setting in settings]
+        zones.append(Custom(_function(forbidden_if, columns), tuple(settings), _label(forbidden_if)))
     return tuple(zones)
 
 
-def _box(box: object, names: Sequence[str], periodic: Sequence[bool]) -> Box:
+def _box(box: object, settings: Sequence[Setting]) -> Box:
+    columns = [setting.column for setting in settings]
     if not isinstance(box, Mapping) or not box:
-        raise ArgumentError(f"forbidden: {box!r} is not a box; give one as in {_example(names)}")
-    lower, upper = [-math.inf] * len(names), [math.inf] * len(names)
+        raise ArgumentError(f"forbidden: {box!r} is not a box; give one as in {_example(settings)}")
+    lower, upper = [-math.inf] * len(settings), [math.inf] * len(settings)
     for name, interval in box.items():
-        if name not in names:
-            raise ArgumentError(f"forbidden: the stand has no {name}; it has {', '.join(names)}")
+        if name not in columns:
+            raise ArgumentError(f"forbidden: the stand has no {name}; it has {', '.join(columns)}")
+        k = columns.index(name)
+        unit, periodic = settings[k].unit, settings[k].periodic
         if not (isinstance(interval, Sequence) and len(interval) == 2 and all(map(_is_number, interval))):
-            raise ArgumentError(f"forbidden: {name}={interval!r}: give a lower and an upper end in degrees")
-        k = names.index(name)
-        low, high = map(math.radians, interval)
+            raise ArgumentError(f"forbidden: {name}={interval!r}: give a lower and an upper end in {unit.plural}")
+        low, high = (float(unit.read(end)) for end in interval)
         if low >= high:
             raise ArgumentError(
-                f"forbidden: {name}=[{interval[0]:g},{interval[1]:g}]: the lower end must be below the upper one; "
-                "across 0 degrees write it as [350,370]"
+                f"forbidden: {name}=[{interval[0]:g},{interval[1]:g}]: the lower end must be below the upper one"
+                + ("; across 0 degrees write it as [350,370]" if periodic else "")
             )
-        if not (periodic[k] and high - low >= _TURN):  # all of a turn does not matter
+        if not (periodic and high - low >= _TURN):  # all of a turn does not matter
             lower[k], upper[k] = low, high
-    return Box(tuple(lower), tuple(upper), tuple(periodic))
+    return Box(tuple(lower), tuple(upper), tuple(setting.periodic for setting in settings))
 
 
 def _function(given: object, names: Sequence[str]) -> Callable[..., Any]:
@@ -245,8 +246,8 @@ def _label(function: object) -> str:
     return function if isinstance(function, str) else getattr(function, "__name__", repr(function))
 
 
-def _example(names: Sequence[str]) -> str:
-    return f"'forbidden=[{{{names[0]}: [80,100], {names[-1]}: [170,190]}}]'"
+def _example(settings: Sequence[Setting]) -> str:
+    return f"'forbidden=[{{{settings[0].column}: [80,100], {settings[1].column}: [170,190]}}]'"
 
 
 def _is_number(value: object) -> bool:

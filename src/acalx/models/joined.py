@@ -1,0 +1,147 @@
+"""Several models read at the same positions, as one."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+
+from acalx.arrays import Array, empty_as
+from acalx.errors import ArgumentError
+from acalx.information import Information, Parameter
+from acalx.models.base import Model
+from acalx.stimulus import Stimulus
+
+__all__ = ["Composite", "Joined"]
+
+
+class Composite(Model):
+    """Models without common parameters, each read in every position.
+
+    Regressors stack the outputs of the parts; the information is block-diagonal, each block
+    that of a part. A new composite gives `models`.
+    """
+
+    @property
+    @abstractmethod
+    def models(self) -> tuple[Model, ...]:
+        """The parts, in the order of their parameters and outputs."""
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """Those of all the parts."""
+        return tuple(parameter for model in self.models for parameter in model.parameters)
+
+    @property
+    def needs(self) -> tuple[str, ...]:
+        """What any of the parts needs."""
+        return tuple(dict.fromkeys(name for model in self.models for name in model.needs))
+
+    @property
+    def outputs(self) -> int:
+        """Those of all the parts."""
+        return sum(model.outputs for model in self.models)
+
+    @property
+    def degree(self) -> int | None:
+        """The largest of the parts."""
+        degrees = [model.degree for model in self.models]
+        return max((degree for degree in degrees if degree is not None), default=None) if None not in degrees else None
+
+    @property
+    def entries(self) -> int:
+        """Those of all the parts."""
+        return sum(model.entries for model in self.models)
+
+    @property
+    def smallest_n(self) -> int:
+        """What the most demanding of the parts needs."""
+        return max(model.smallest_n for model in self.models)
+
+    def regressors(self, stimulus: Stimulus) -> Array:
+        """Rows (..., n, m, p), zero where an output does not depend on a parameter."""
+        parts = [model.regressors(stimulus) for model in self.models]
+        rows = empty_as(parts[0], (*parts[0].shape[:-2], self.outputs, len(self.parameters)))
+        rows[...] = 0.0
+        for part, (outputs, own) in zip(parts, self._blocks(), strict=True):
+            rows[..., outputs, own] = part
+        return rows
+
+    def derivative(self, stimulus: Stimulus) -> Stimulus:
+        """Derivatives of the rows, (..., n, m, p, 3)."""
+        derivatives: dict[str, Array] = {}
+        for model, (outputs, own) in zip(self.models, self._blocks(), strict=True):
+            for name, part in model.derivative(stimulus).quantities():
+                if name not in derivatives:
+                    shape = (*part.shape[:-3], self.outputs, len(self.parameters), part.shape[-1])
+                    derivatives[name] = empty_as(part, shape)
+                    derivatives[name][...] = 0.0
+                derivatives[name][..., outputs, own, :] = part
+        return Stimulus(**derivatives)
+
+    def information(self, stimulus: Stimulus) -> Information:
+        """Block-diagonal matrices (..., p, p), a block for each part."""
+        return self._on_the_diagonal([model.information(stimulus) for model in self.models])
+
+    def information_of(self, regressors: Array) -> Information:
+        """The same from rows (..., n, m, p)."""
+        parts = zip(self.models, self._blocks(), strict=True)
+        return self._on_the_diagonal([model.information_of(regressors[..., out, own]) for model, (out, own) in parts])
+
+    def pull(self, stimulus: Stimulus, rows: Array) -> Stimulus:
+        """The sum of what the parts give."""
+        total: dict[str, Array] = {}
+        for model, (outputs, own) in zip(self.models, self._blocks(), strict=True):
+            for name, part in model.pull(stimulus, rows[..., outputs, own]).quantities():
+                total[name] = total[name] + part if name in total else part
+        return Stimulus(**total)
+
+    def _on_the_diagonal(self, parts: Sequence[Information]) -> Information:
+        p = len(self.parameters)
+        matrix = np.zeros((*parts[0].matrix.shape[:-2], p, p))
+        for part, (_, own) in zip(parts, self._blocks(), strict=True):
+            matrix[..., own, own] = part.matrix
+        return Information(matrix, self.parameters)
+
+    def _blocks(self) -> Iterator[tuple[slice, slice]]:
+        """Outputs and parameters of each part."""
+        output = parameter = 0
+        for model in self.models:
+            outputs, own = model.outputs, len(model.parameters)
+            yield slice(output, output + outputs), slice(parameter, parameter + own)
+            output, parameter = output + outputs, parameter + own
+
+
+@final
+@dataclass(frozen=True)
+class Joined(Composite):
+    """Any models read at the same positions.
+
+    Parameters
+    ----------
+    parts : sequence of Model
+        Without common parameter names.
+
+    Raises
+    ------
+    ArgumentError
+        No models, or a parameter that two of them have.
+    """
+
+    parts: Sequence[Model]
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.parts, Sequence) or not self.parts or not all(isinstance(p, Model) for p in self.parts):
+            raise ArgumentError(f"parts={self.parts}: give a list of one or more models")
+        names = [parameter.name for parameter in self.parameters]
+        twice = sorted({name for name in names if names.count(name) > 1})
+        if twice:
+            raise ArgumentError(f"joined models have the same parameters: {', '.join(twice)}; each needs its own")
+
+    @property
+    def models(self) -> tuple[Model, ...]:
+        """As they were given."""
+        return tuple(self.parts)

@@ -1,0 +1,76 @@
+"""All the sensors of an inertial platform."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import final
+
+from acalx.errors import ArgumentError
+from acalx.models.base import Model
+from acalx.models.joined import Composite
+from acalx.models.platform_accel import PlatformAccel
+from acalx.models.platform_gyro import PlatformGyro
+from acalx.models.polynomial import require_noise
+
+__all__ = ["Platform"]
+
+_SENSORS = ("gyros", "accels")
+
+
+@final
+@dataclass(frozen=True)
+class Platform(Composite):
+    """Three gyros and three accelerometers of a gimballed platform: 36 error coefficients.
+
+    Each position gives six readings; see `PlatformGyro` and `PlatformAccel` for their
+    coefficients. The information is block-diagonal, so its log det is the sum of the six.
+
+    Parameters
+    ----------
+    sensors : sequence of str
+        Which of ``gyros`` and ``accels`` there are; only the three gyros are 24 coefficients,
+        only the three accelerometers 12.
+    second_order : pair of str
+        Terms of second order of the gyros.
+    gyro_noise_deg_h : float or three of them, deg/h
+    accel_noise_g : float or three of them, g
+        Standard deviations of the readings of the x, y and z sensor. With 1, the default,
+        determinants are in unit inputs: g and the Earth's rate. The paper has 0.001 deg/h and
+        1e-6 m/s^2, which is 1.02e-7 g.
+
+    Raises
+    ------
+    ArgumentError
+        Unknown sensors or terms, a noise that is not positive.
+
+    Source: Wang, Wang, Shen, Qin, J. Chin. Inert. Technol. 24(5), 2016, 583-588.
+    """
+
+    sensors: Sequence[str] = _SENSORS
+    second_order: Sequence[str] = ("IS", "SS")
+    gyro_noise_deg_h: float | Sequence[float] = 1.0
+    accel_noise_g: float | Sequence[float] = 1.0
+
+    def __post_init__(self) -> None:
+        given = self.sensors
+        if isinstance(given, str) or not isinstance(given, Sequence) or not given or not set(given) <= set(_SENSORS):
+            raise ArgumentError(f"sensors={given}: give one or both of {', '.join(_SENSORS)}, as in [gyros,accels]")
+        _ = self.models  # built once here so that bad options are refused at construction
+
+    @cached_property
+    def models(self) -> tuple[Model, ...]:
+        """The x, y and z gyro, then the x, y and z accelerometer."""
+        gyro_noise = _three("gyro_noise_deg_h", self.gyro_noise_deg_h)
+        accel_noise = _three("accel_noise_g", self.accel_noise_g)
+        gyros = [PlatformGyro(axis, self.second_order, gyro_noise[k]) for k, axis in enumerate("xyz")]
+        accels = [PlatformAccel(axis, accel_noise[k]) for k, axis in enumerate("xyz")]
+        return (*(gyros if "gyros" in self.sensors else []), *(accels if "accels" in self.sensors else []))
+
+
+def _three(name: str, value: float | Sequence[float]) -> tuple[float, ...]:
+    values = tuple(value) if isinstance(value, Sequence) and not isinstance(value, str) else (value,) * 3
+    if len(values) != 3:
+        raise ArgumentError(f"{name}={value}: give one number, or three for the x, y and z sensor")
+    return tuple(require_noise(name, each) for each in values)

@@ -1,0 +1,216 @@
+"""All regular sequences of positions, for every number of them."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+
+from acalx.arrays import Array
+from acalx.errors import AcalxError, ArgumentError, CompatibilityError
+from acalx.information import Information
+from acalx.optimizers.agreement import distinct_solutions
+from acalx.optimizers.base import Account, Optimizer, Result, Survey
+from acalx.optimizers.options import require_count
+from acalx.problem import Problem
+from acalx.sequences import RULES, regular_sequences
+
+__all__ = ["Traversal"]
+
+_MOST_SEQUENCES = 2_000_000
+# Losses that differ by less are the same.
+_AGREEMENT = 1e-9
+_TURN = 360.0
+# So many sequences are looked at to explain why none is regular.
+_EXPLAINED = 500
+# Information of so many positions at a time, in bytes.
+_CHUNK_BYTES = 2**25
+
+
+@final
+@dataclass(frozen=True)
+class Traversal(Optimizer):
+    """Looks at every regular sequence for every number N of positions up to the problem's n.
+
+    A sequence is given by start angles, step angles and a rule of change. Programs are compared
+    by the criterion of the information per measurement, H'H / N, so that numbers of positions
+    compare; the best program may therefore have fewer positions than n. Of equally good ones
+    the shortest counts. The defaults are the 144 sequences of the paper.
+
+    Parameters
+    ----------
+    rule : str
+        ``turn``: the angles step in turn, the outer one first. ``both``: both step each time.
+        ``raster``: the inner one goes through a whole turn before the outer one steps. The
+        paper's own rule is not known; with ``both`` and its steps there are no more than 8
+        different attitudes, too few for its gyros.
+    starts_deg : three floats, degrees
+        Start angles: from, up to and without, in steps of.
+    independent_starts : bool
+        Whether the angles start independently of each other, instead of all alike.
+    steps_deg : sequence of float, degrees
+        Step angles; each angle takes each of them.
+    n_from : int, optional
+        Least number of positions; that which the model needs where it is left out.
+
+    Raises
+    ------
+    ArgumentError
+        An unknown rule, starts or steps that are no numbers, more than two million sequences.
+    CompatibilityError
+        At `solve`: a stand with settings that are no angles.
+
+    Source: Wang, Wang, Shen, Qin, J. Chin. Inert. Technol. 24(5), 2016, 583-588.
+    """
+
+    rule: str = "turn"
+    starts_deg: Sequence[float] = (0.0, 180.0, 5.0)
+    independent_starts: bool = False
+    steps_deg: Sequence[float] = (45.0, 90.0)
+    n_from: int | None = None
+
+    def __post_init__(self) -> None:
+        if self.rule not in RULES:
+            raise ArgumentError(f"rule={self.rule}: there is no such rule; the rules are {', '.join(RULES)}")
+        if not isinstance(self.independent_starts, bool):
+            raise ArgumentError(f"independent_starts={self.independent_starts}: must be true or false")
+        starts, steps = _numbers("starts_deg", self.starts_deg), _numbers("steps_deg", self.steps_deg)
+        if len(starts) != 3 or not (starts[0] < starts[1] and starts[2] > 0):
+            raise ArgumentError(f"starts_deg={list(starts)}: give from, up to and step, as in starts_deg=[0,180,5]")
+        if 0.0 in steps or len(set(steps)) < len(steps):
+            raise ArgumentError(f"steps_deg={list(steps)}: give one or more different steps, none of them 0")
+        if self.n_from is not None:
+            require_count("n_from", self.n_from)
+
+    def check(self, problem: Problem) -> None:
+        """Refuses settings that are no angles, and limits of N that can't be."""
+        for setting in problem.stand.settings:
+            if setting.unit.turn is None:
+                raise CompatibilityError(
+                    f"optimizer Traversal steps angles, but stand {type(problem.stand).__name__} "
+                    f"also sets {setting.column}; use optimizer=de"
+                )
+        least = problem.model.smallest_n
+        if self.n_from is not None and not least <= self.n_from <= problem.n:
+            raise ArgumentError(
+                f"n_from={self.n_from}: must be from {least}, which the {len(problem.parameters)} parameters of "
+                f"{type(problem.model).__name__} need, to n={problem.n}"
+            )
+        starts, count = self._starts(), len(self.steps_deg) ** problem.d
+        count *= len(starts) ** (problem.d if self.independent_starts else 1)
+        if count > _MOST_SEQUENCES:
+            raise ArgumentError(f"{count:,} sequences are too many; {_MOST_SEQUENCES:,} is the most: take wider steps")
+
+    def search(self, problem: Problem, rng: np.random.Generator, account: Account) -> Result:
+        """Every sequence, its information summed up position by position."""
+        starts, steps = self._sequences(problem.d)
+        numbers = np.arange(self.n_from or problem.model.smallest_n, problem.n + 1)
+        losses = np.full((len(starts), len(numbers)), np.inf)
+        names = [*(f"start_{c}" for c in problem.stand.columns), *(f"step_{c}" for c in problem.stand.columns)]
+        survey = Survey(tuple(names), np.concatenate([starts, steps], axis=1), numbers, losses)
+        size = max(1, _CHUNK_BYTES // (problem.n * 8 * len(problem.parameters) ** 2))
+        try:
+            for first in range(0, len(starts), size):
+                settings = self._settings(problem, survey.sequences[first : first + size])
+                losses[first : first + size] = _per_measurement(problem, settings, numbers)
+                account.evaluations += len(settings) * len(numbers)
+                account.fraction = first / len(starts)
+                if account.watch is not None:
+                    account.watch(account)
+        except KeyboardInterrupt:
+            if np.isfinite(losses).any():
+                self._keep(problem, survey, account)  # the best so far
+            raise
+        if not np.isfinite(losses).any():
+            raise AcalxError(self._nothing(problem, survey))
+        programs = self._keep(problem, survey, account)
+        solutions = distinct_solutions(problem, programs, problem.loss(programs), _AGREEMENT, sort=False)
+        return Result(
+            "ok",
+            self._message(survey),
+            solutions,
+            account.evaluations,
+            account.seconds,
+            account.history,
+            survey=survey,
+        )
+
+    def _starts(self) -> Array:
+        lower, upper, step = self.starts_deg
+        return np.asarray(np.arange(lower, upper * (1 - 1e-12), step), dtype=float)
+
+    def _sequences(self, d: int) -> tuple[Array, Array]:
+        """Starts and steps of all sequences, (s, d) each in degrees."""
+        starts = self._starts()
+        if self.independent_starts:
+            begin = np.array(list(itertools.product(starts, repeat=d)))
+        else:
+            begin = np.repeat(starts[:, None], d, axis=1)
+        step = np.array(list(itertools.product(self.steps_deg, repeat=d)), dtype=float)
+        return np.repeat(begin, len(step), axis=0), np.tile(step, (len(begin), 1))
+
+    def _settings(self, problem: Problem, sequences: Array) -> Array:
+        """Programs (s, n, d) in rad of sequences (s, 2 d) in degrees."""
+        starts, steps = sequences[:, : problem.d], sequences[:, problem.d :]
+        return problem.stand.wrap(np.radians(regular_sequences(self.rule, starts, steps, problem.n)))
+
+    def _keep(self, problem: Problem, survey: Survey, account: Account) -> Array:
+        """The best programs (k, N, d), all of the same N; the account is told of them."""
+        _, column = survey.best
+        near = survey.losses[:, column] <= survey.losses[:, column].min() + _AGREEMENT
+        programs = self._settings(problem, survey.sequences[near])[:, : survey.numbers[column]]
+        account.keep(programs, problem.loss(programs))
+        return programs
+
+    def _message(self, survey: Survey) -> str:
+        row, column = survey.best
+        of_it = ", ".join(f"{name}={value:g}" for name, value in zip(survey.names, survey.sequences[row], strict=True))
+        regular = int(np.isfinite(survey.losses).any(axis=1).sum())
+        least, most = survey.numbers[0], survey.numbers[-1]
+        return (
+            f"of {len(survey.sequences)} sequences by rule={self.rule} with {least} to {most} positions each "
+            f"({regular} can estimate all the parameters), the best per measurement has "
+            f"{survey.numbers[column]} positions: {of_it}"
+        )
+
+    def _nothing(self, problem: Problem, survey: Survey) -> str:
+        """Why no sequence can estimate all the parameters, and what to change."""
+        head = (
+            f"no regular sequence of up to {problem.n} positions by rule={self.rule} with "
+            f"steps_deg={[float(step) for step in self.steps_deg]} can estimate all the parameters"
+        )
+        settings = self._settings(problem, survey.sequences[:_EXPLAINED])
+        lengths = np.logical_and.accumulate(problem.stand.allows(settings), axis=1).sum(axis=1)
+        usable = [one[:length] for one, length in zip(settings, lengths, strict=True) if length >= survey.numbers[0]]
+        if not usable:
+            limits = ", ".join(setting.limits for setting in problem.stand.settings)
+            return (
+                f"{head}: they leave the limits or stops of the stand, {limits}; choose other starts_deg or steps_deg"
+            )
+        visited = max(len(np.unique(np.round(np.degrees(one), 6) % _TURN, axis=0)) for one in usable)
+        repeats = visited < max(map(len, usable))
+        again = f": they come back to the same attitude after {visited} positions or fewer" if repeats else ""
+        unseen = min((problem.information(one).inestimable() for one in usable), key=len)
+        others = " or ".join(f"rule={rule}" for rule in RULES if rule != self.rule)
+        return f"{head}{again}; at best they can't see {'; '.join(unseen)}; choose {others}, or other steps_deg"
+
+
+def _per_measurement(problem: Problem, settings: Array, numbers: np.ndarray) -> Array:
+    """Losses (s, k) of the information per measurement of the first N positions; inf where not allowed."""
+    single = problem.information(settings[:, :, None, :]).matrix
+    sums = single.cumsum(axis=1)[:, numbers - 1] / numbers[:, None, None]
+    losses = problem.loss_of(Information(sums, problem.parameters))
+    allowed = np.logical_and.accumulate(problem.stand.allows(settings), axis=1)[:, numbers - 1]
+    return np.where(allowed, losses, np.inf)
+
+
+def _numbers(name: str, values: object) -> tuple[float, ...]:
+    if isinstance(values, str) or not isinstance(values, Sequence) or not values:
+        raise ArgumentError(f"{name}={values}: give a list of degrees")
+    for value in values:
+        if not isinstance(value, (int, float)) or isinstance(value, bool) or not np.isfinite(value):
+            raise ArgumentError(f"{name}: {value} is not a finite number of degrees")
+    return tuple(float(value) for value in values)
