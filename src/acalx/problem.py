@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import traceback
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -70,6 +71,16 @@ class Problem:
         """Bounds of all the angles of a program, (n d,) each, infinite where a full turn is open."""
         lower, upper = self.stand.free_bounds.T
         return np.tile(lower, self.n), np.tile(upper, self.n)
+
+    @cached_property
+    def singles(self) -> tuple[Problem, ...]:
+        """The same problem under each objective alone; itself where there is one criterion."""
+        objectives = self.criterion.objectives
+        return (self,) if len(objectives) == 1 else tuple(replace(self, criterion=single) for single in objectives)
+
+    def losses(self, settings: Array) -> Array:
+        """Loss of programs under each of the k objectives, +inf where singular: (..., n, d) in rad to (..., k)."""
+        return np.stack([single.loss(settings) for single in self.singles], axis=-1)
 
     def random(self, rng: np.random.Generator, count: int) -> Array:
         """Random programs, (count, n, d) in rad."""

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from acalx.arrays import Array
-from acalx.optimizers.curvature import curvature
+from acalx.optimizers.curvature import Curvature, curvature
 
 __all__ = ["Minima", "minimize_stack"]
 
@@ -51,6 +51,7 @@ def minimize_stack(
     tolerance: float = 1e-7,
     loss_tolerance: float = 1e-13,
     iterations: int = 1000,
+    known: Curvature | None = None,
 ) -> Minima:
     """Minimize s functions of k variables within bounds, all at once.
 
@@ -69,8 +70,11 @@ def minimize_stack(
         or where two steps one after another lower the value by less, relative to 1 + |value|,
     iterations : int
         or after so many steps.
+    known : Curvature, optional
+        What is known of the curvatures beforehand; brought up to date at the end, so that
+        functions that change a little can be minimized again in fewer steps.
     """
-    runs = _Runs(objective, np.clip(x, lower, upper), lower, upper)
+    runs = _Runs(objective, np.clip(x, lower, upper), lower, upper, known)
     for _ in range(iterations):
         if not runs.step(tolerance, loss_tolerance):
             break
@@ -80,17 +84,22 @@ def minimize_stack(
 class _Runs:
     """The runs that go on, and in `final` where all of them were last."""
 
-    def __init__(self, objective: Objective, x: Array, lower: Array, upper: Array) -> None:
+    def __init__(
+        self, objective: Objective, x: Array, lower: Array, upper: Array, known: Curvature | None
+    ) -> None:
         self.objective, self.lower, self.upper = objective, lower, upper
         self.index = np.arange(len(x))
         self.x = x
         self.value, self.gradient = objective(x, self.index)
-        self.curvature = curvature(*x.shape)
+        self.known = known
+        self.curvature = curvature(*x.shape) if known is None else known.take(self.index)
         self.idle = np.zeros(len(x), dtype=int)
         self.final = Minima(x.copy(), self.value.copy(), np.zeros(len(x), dtype=bool))
 
     def minima(self) -> Minima:
         self.final.x[self.index], self.final.loss[self.index] = self.x, self.value
+        if self.known is not None:
+            self.known.put(self.index, self.curvature)
         return self.final
 
     def step(self, tolerance: float, loss_tolerance: float) -> bool:
@@ -151,6 +160,8 @@ class _Runs:
 
     def _retire(self, ended: np.ndarray) -> None:
         gone, keep = self.index[ended], ~ended
+        if self.known is not None:
+            self.known.put(gone, self.curvature.take(np.flatnonzero(ended)))
         self.final.x[gone], self.final.loss[gone] = self.x[ended], self.value[ended]
         self.final.converged[gone] = np.isfinite(self.value[ended])
         self.index, self.x, self.idle = self.index[keep], self.x[keep], self.idle[keep]

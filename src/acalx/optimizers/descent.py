@@ -20,6 +20,7 @@ from acalx.criteria import Ceiling, Criterion
 from acalx.information import Information, Parameter
 from acalx.optimizers.base import Account
 from acalx.optimizers.bfgs import minimize_stack
+from acalx.optimizers.curvature import curvature
 
 __all__ = ["Descent", "descend"]
 
@@ -118,6 +119,7 @@ class _Held:
         stack = (len(starts),)
         self.multipliers = [ceiling.start(problem.parameters, stack) for ceiling in self.ceilings]
         self.penalty = np.full(len(starts), _FIRST_PENALTY)
+        self.curvature = curvature(*self.x.shape)  # what one round learns helps the next
         self.best = starts.copy()
         self.loss = problem.loss(starts)
         account.see(starts, self.loss)
@@ -175,9 +177,11 @@ class _Held:
             by_angle = at.pull(gradient).reshape(len(x), -1)
             return value, np.concatenate([by_angle, slopes], axis=-1)
 
+        known = self.curvature.take(going)
         minima = minimize_stack(
-            objective, self.x[going], self.lower, self.upper, tolerance=tolerance, iterations=iterations
+            objective, self.x[going], self.lower, self.upper, tolerance=tolerance, iterations=iterations, known=known
         )
+        self.curvature.put(going, known)
         self.x[going] = minima.x
 
     def _value_and_update(self, information: Information, going: np.ndarray) -> Array:

@@ -1,0 +1,214 @@
+"""The front of several objectives by gradient alone.
+
+First the best programs under each objective alone. From them the ends of the front: the other
+objectives at their least where one is at its best. Between the ends goals are laid out evenly
+and reached from the ends, from random or given programs, and from one another, all in stacks.
+
+Source: goals on the plane through the ends after Das and Dennis, SIAM J. Optim. 8 (1998) 631.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import combinations
+from math import comb
+
+import numpy as np
+
+from acalx.arrays import Array
+from acalx.optimizers.agreement import distinct_solutions
+from acalx.optimizers.base import Account
+from acalx.optimizers.goals import Aims, Runs
+from acalx.optimizers.pareto import nondominated, normalized, spread
+from acalx.optimizers.starts import descend_from_many
+from acalx.problem import Problem
+
+__all__ = ["FrontSearch", "lattice"]
+
+# Best programs under one objective from which ends of the front are sought.
+_ENDS = 8
+# Weights of the other objectives on the way to the end of one: the last changes its loss by
+# about the square.
+_WEIGHTS = (1e-1, 1e-2, 1e-3)
+# Goals of the first, coarse layer, and how often goals are tried again from their neighbors.
+_COARSE = 9
+_SWEEPS = 3
+# Ranges of losses that are smaller are no conflict.
+_NO_RANGE = 1e-5
+# Weight of all the losses beside a goal, so that none is larger than it needs to be.
+_SLIGHT = 1e-4
+# Losses that fell by less are as they were.
+_GAIN = 1e-5
+
+
+def lattice(k: int, count: int) -> Array:
+    """The finest even lattice of at most `count` weights (m, k) that add up to 1, the k ends included."""
+    if k == 2:
+        first = np.linspace(1.0, 0.0, max(count, 2))
+        return np.stack([first, 1.0 - first], axis=-1)
+    steps = 1
+    while comb(steps + k, k - 1) <= count:
+        steps += 1
+    bars = np.array(list(combinations(range(steps + k - 1), k - 1)))
+    edges = np.concatenate([np.full((len(bars), 1), -1), bars, np.full((len(bars), 1), steps + k - 1)], axis=1)
+    return np.asarray((np.diff(edges, axis=1) - 1) / steps)
+
+
+@dataclass(frozen=True)
+class FrontSearch:
+    """Search for a front from given programs.
+
+    Parameters
+    ----------
+    points : int
+        Most points of the front.
+    starts, batch, agreement, tolerance, iterations
+        Of the descents, as the options of `acalx.optimizers.Gradient`.
+    """
+
+    points: int
+    starts: int
+    batch: int
+    agreement: float
+    tolerance: float
+    iterations: int
+
+    def run(self, problem: Problem, rng: np.random.Generator, account: Account, seeds: Array) -> bool:
+        """Leave the front in the account; whether the descents under each objective alone agreed.
+
+        Parameters
+        ----------
+        seeds : array (s, n, d)
+            Programs from which goals are tried beside the ends.
+        """
+        search = _Search(self, problem, account)
+        search.add(seeds, problem.losses(seeds))
+        settled = search.find_ends(rng, seeds)
+        if search.conflict:
+            search.find_between()
+        return settled
+
+
+class _Search:
+    """One search: all the points seen, the ends, and the runs that other runs go on from."""
+
+    def __init__(self, options: FrontSearch, problem: Problem, account: Account) -> None:
+        self.options, self.problem, self.account = options, problem, account
+        self.k = len(problem.singles)
+        self.settings = np.empty((0, problem.n, problem.d))
+        self.losses = np.empty((0, self.k))
+        self.ideal = np.full(self.k, np.inf)
+
+    def add(self, settings: Array, losses: Array) -> None:
+        """Points that were found; the account holds the front of all."""
+        self.settings = np.concatenate([self.settings, settings])
+        self.losses = np.concatenate([self.losses, losses])
+        kept = nondominated(self.losses)
+        self.settings, self.losses = self.settings[kept], self.losses[kept]
+        chosen = spread(self.losses, self.options.points)
+        self.account.hold(self.settings[chosen], self.losses[chosen])
+
+    def find_ends(self, rng: np.random.Generator, seeds: Array) -> bool:
+        """Each objective alone, then the others at its best, and weighted sums from the seeds."""
+        options, starts, owners, settled = self.options, [], [], True
+        for k, single in enumerate(self.problem.singles):
+            inner = Account(lambda _: self.account.tick())
+            ends = descend_from_many(
+                single,
+                rng,
+                inner,
+                starts=options.starts,
+                batch=options.batch,
+                agreement=options.agreement,
+                tolerance=options.tolerance,
+                iterations=options.iterations,
+            )
+            self.account.evaluations += inner.evaluations
+            settled &= ends.settled
+            if not np.isfinite(ends.losses).any():
+                return False
+            best = distinct_solutions(single, ends.settings, ends.losses, options.agreement)[:_ENDS]
+            self.ideal[k] = best[0].loss
+            starts += [solution.settings for solution in best]
+            owners += [k] * len(best)
+            found = np.stack([solution.settings for solution in best])
+            self.add(found, self.problem.losses(found))
+            self.account.fraction = 0.4 * (k + 1) / self.k
+        self._descend_to_ends(np.concatenate([np.stack(starts), seeds]), np.array(owners))
+        return settled
+
+    def _descend_to_ends(self, starts: Array, owners: np.ndarray) -> None:
+        """Ends with falling weights of the other objectives; seeds by weights spread evenly."""
+        count, free = len(owners), len(starts) - len(owners)
+        losses = self.problem.losses(starts)
+        spread_out = np.resize(lattice(self.k, _COARSE if self.k == 2 else 5 * self.k)[::-1], (free, self.k))
+        runs = None
+        for weight in _WEIGHTS:
+            span = np.maximum(losses[:count].max(axis=0) - self.ideal, _NO_RANGE)
+            unit = span.min()
+            weights = np.where(np.arange(self.k) == owners[:, None], 1.0, weight)
+            weights = np.concatenate([weights, spread_out * unit / span])
+            aims = Aims(weights, np.full(weights.shape, np.inf), np.ones(self.k), unit)
+            every = np.arange(len(starts))
+            runs = Runs(self.problem, aims, self.account, starts) if runs is None else runs.again(every, aims)
+            runs.descend(self.options.tolerance, self.options.iterations)
+            losses = runs.losses
+            self.add(runs.settings, losses)
+        assert runs is not None
+        self.runs = runs
+        self.ends = [int(np.where(owners == k, runs.merit[:count], np.inf).argmin()) for k in range(self.k)]
+        self.free = np.arange(count, len(starts))
+        self.account.fraction = 0.5
+
+    @property
+    def conflict(self) -> bool:
+        """Whether no program seen is the best in all objectives."""
+        return bool(len(self.losses)) and bool((self.losses.max(axis=0) - self.losses.min(axis=0) > _NO_RANGE).any())
+
+    def find_between(self) -> None:
+        """A coarse layer of goals from the ends and seeds, then all goals from the nearest of these."""
+        coarse = self._goals(lattice(self.k, _COARSE if self.k == 2 else 5 * self.k))
+        every = np.concatenate([self.ends, self.free]).astype(int)
+        index = np.repeat(self.ends, len(coarse))
+        targets = np.tile(coarse, (self.k, 1))
+        if len(self.free):  # each seed to the goal that it is the closest to
+            merits = self._merits(coarse, self.runs.losses[self.free])
+            index = np.concatenate([index, self.free])
+            targets = np.concatenate([targets, coarse[merits.argmin(axis=0)]])
+        assert len(every)
+        self._reach(index, targets)
+        self.account.fraction = 0.6
+        fine = self._goals(lattice(self.k, self.options.points))
+        for sweep in range(_SWEEPS):
+            nearest = np.argsort(self._merits(fine, self.runs.losses), axis=1)[:, :2]
+            before = self._merits(fine, self.losses).min(axis=1)
+            self._reach(nearest.T.ravel(), np.tile(fine, (2, 1)))
+            self.account.fraction = 0.6 + 0.4 * (sweep + 1) / _SWEEPS
+            ends = self.runs.merit.reshape(2, -1)
+            apart = np.abs(ends[0] - ends[1]) > _GAIN
+            if not apart.any() or (sweep and not (ends.min(axis=0) < before - _GAIN).any()):
+                break
+
+    def _goals(self, weights: Array) -> Array:
+        """Targets on the plane through the ends of the front as it is now, the ends themselves left out."""
+        least, largest = self.losses.min(axis=0), self.losses.max(axis=0)
+        ends = self.losses[self.losses.argmin(axis=0)]
+        self.span = np.maximum(largest - least, 1e-3 * (largest - least).max())
+        inner = weights[weights.max(axis=-1) < 1.0 - 1e-9]
+        return np.asarray(inner @ ends)
+
+    def _aims(self, targets: Array) -> Aims:
+        unit = float(self.span.min())
+        rates = self.span / unit
+        return Aims(np.broadcast_to(_SLIGHT / rates, targets.shape), targets, rates, unit)
+
+    def _merits(self, targets: Array, losses: Array) -> Array:
+        """Of each of m losses for each of g goals, (g, m)."""
+        g, m = len(targets), len(losses)
+        aims = self._aims(np.repeat(targets, m, axis=0))
+        return aims.merit(np.tile(losses, (g, 1))).reshape(g, m)
+
+    def _reach(self, index: np.ndarray, targets: Array) -> None:
+        self.runs = self.runs.again(index, self._aims(targets))
+        self.runs.descend(self.options.tolerance, self.options.iterations)
+        self.add(self.runs.settings, self.runs.losses)

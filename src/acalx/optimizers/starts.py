@@ -1,0 +1,79 @@
+"""Descents from batches of random programs, until they agree."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from acalx.arrays import Array
+from acalx.optimizers.agreement import Verdict, fewest_starts, judge
+from acalx.optimizers.base import Account
+from acalx.optimizers.descent import descend
+from acalx.problem import Problem
+
+__all__ = ["Ends", "descend_from_many", "regular_starts"]
+
+
+@dataclass(frozen=True)
+class Ends:
+    """Where many descents ended.
+
+    Parameters
+    ----------
+    settings : array (s, n, d), in rad
+    losses : array (s,)
+    verdict : Verdict
+    settled : bool
+        Whether they agree; otherwise all starts were used.
+    """
+
+    settings: Array
+    losses: Array
+    verdict: Verdict
+    settled: bool
+
+
+def descend_from_many(
+    problem: Problem,
+    rng: np.random.Generator,
+    account: Account,
+    *,
+    starts: int,
+    batch: int,
+    agreement: float,
+    tolerance: float,
+    iterations: int,
+) -> Ends:
+    """Batches of starts until they agree; options as those of `acalx.optimizers.Gradient`."""
+    settings, losses = np.empty((0, problem.n, problem.d)), np.empty(0)
+    largest = max(batch, problem.chunk)
+    fewest = min(fewest_starts(problem), starts)
+    while True:
+        # as many again as before: a large stack costs far less than many small ones
+        count = min(max(batch, fewest - len(losses), len(losses)), starts - len(losses), largest)
+        account.fraction = len(losses) / starts
+        descent = descend(
+            problem,
+            regular_starts(problem, rng, count),
+            account=account,
+            tolerance=tolerance,
+            iterations=iterations,
+        )
+        settings = np.concatenate([settings, descent.settings])
+        losses = np.concatenate([losses, descent.loss])
+        verdict = judge(losses, agreement)
+        settled = verdict.settled and len(losses) >= fewest
+        if settled or len(losses) >= starts:
+            return Ends(settings, losses, verdict, settled)
+
+
+def regular_starts(problem: Problem, rng: np.random.Generator, count: int) -> Array:
+    """Random programs, singular ones drawn again a few times."""
+    programs = problem.random(rng, count)
+    for _ in range(20):
+        singular = ~np.isfinite(problem.losses(programs)).all(axis=-1)
+        if not singular.any():
+            break
+        programs[singular] = problem.random(rng, int(singular.sum()))
+    return programs
