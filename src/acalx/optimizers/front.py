@@ -67,11 +67,11 @@ class FrontSearch:
     """
 
     points: int
-    starts: int
-    batch: int
-    agreement: float
-    tolerance: float
-    iterations: int
+    starts: int = 200
+    batch: int = 8
+    agreement: float = 1e-5
+    tolerance: float = 1e-7
+    iterations: int = 2000
 
     def run(self, problem: Problem, rng: np.random.Generator, account: Account, seeds: Array) -> bool:
         """Leave the front in the account; whether the descents under each objective alone agreed.
