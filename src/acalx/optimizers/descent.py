@@ -136,18 +136,19 @@ class _Held:
             settings = self.x[going, : self.angles].reshape(-1, *self.shape[1:])
             at = self.problem.linearize(settings)
             loss = self.problem.loss_of(at.information)
-            lagrangian = self._value_and_update(at.information, going)
+            with np.errstate(invalid="ignore", over="ignore"):  # a run may have crept up to a singular program
+                lagrangian = self._value_and_update(at.information, going)
+                new_gap = np.abs(loss - lagrangian)
+                settled = (new_gap < 10 * tolerance) & (np.abs(loss - previous[going]) < tolerance)
             self.account.keep(settings, loss)
             better = loss < self.loss[going]
             self.best[going[better]] = settings[better]
             self.loss[going[better]] = loss[better]
-            new_gap = np.abs(loss - lagrangian)
-            settled = (new_gap < 10 * tolerance) & (np.abs(loss - previous[going]) < tolerance)
             slow = new_gap > 0.25 * gap[going]
             self.penalty[going[slow]] = np.minimum(self.penalty[going[slow]] * _GROWTH, _LARGEST_PENALTY)
             gap[going], previous[going] = new_gap, loss
             self.converged[going[settled]] = True
-            going = going[~settled]
+            going = going[~settled & np.isfinite(loss)]
         return Descent(self.best, self.loss, self.converged, tuple(self.multipliers))
 
     def _round(self, going: np.ndarray, tolerance: float, iterations: int) -> None:

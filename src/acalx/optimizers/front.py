@@ -29,7 +29,9 @@ __all__ = ["FrontSearch", "lattice"]
 _ENDS = 8
 # Weights of the other objectives on the way to the end of one: the last changes its loss by
 # about the square.
-_WEIGHTS = (1e-1, 1e-2, 1e-3)
+_WEIGHTS = (1e-2, 1e-3)
+# An end that rises by more has left the best program for another minimum.
+_STRAYED = 1e-3
 # Goals of the first, coarse layer, and how often goals are tried again from their neighbors.
 _COARSE = 9
 _SWEEPS = 3
@@ -150,7 +152,10 @@ class _Search:
             weights = np.concatenate([weights, spread_out * unit / span])
             aims = Aims(weights, np.full(weights.shape, np.inf), np.ones(self.k), unit)
             every = np.arange(len(starts))
-            runs = Runs(self.problem, aims, self.account, starts) if runs is None else runs.again(every, aims)
+            if runs is None or self._strayed(losses[:count], owners):
+                runs = Runs(self.problem, aims, self.account, starts)
+            else:
+                runs = runs.again(every, aims)
             runs.descend(self.options.tolerance, self.options.iterations)
             losses = runs.losses
             self.add(runs.settings, losses)
@@ -159,6 +164,11 @@ class _Search:
         self.ends = [int(np.where(owners == k, runs.merit[:count], np.inf).argmin()) for k in range(self.k)]
         self.free = np.arange(count, len(starts))
         self.account.fraction = 0.5
+
+    def _strayed(self, losses: Array, owners: np.ndarray) -> bool:
+        """Whether under some objective no run is at its best program any more."""
+        own = losses[np.arange(len(owners)), owners]
+        return any(own[owners == k].min() > self.ideal[k] + _STRAYED for k in range(self.k))
 
     @property
     def conflict(self) -> bool:
@@ -185,9 +195,16 @@ class _Search:
             self._reach(nearest.T.ravel(), np.tile(fine, (2, 1)))
             self.account.fraction = 0.6 + 0.4 * (sweep + 1) / _SWEEPS
             ends = self.runs.merit.reshape(2, -1)
+            self.lay_out(fine)
             apart = np.abs(ends[0] - ends[1]) > _GAIN
             if not apart.any() or (sweep and not (ends.min(axis=0) < before - _GAIN).any()):
                 break
+
+    def lay_out(self, goals: Array) -> None:
+        """Choose from the points the ends and the closest to each goal, and fill up with the farthest from these."""
+        wanted = np.concatenate([self.losses.argmin(axis=0), self._merits(goals, self.losses).argmin(axis=1)])
+        chosen = spread(self.losses, self.options.points, tuple(dict.fromkeys(int(k) for k in wanted)))
+        self.account.hold(self.settings[chosen], self.losses[chosen])
 
     def _goals(self, weights: Array) -> Array:
         """Targets on the plane through the ends of the front as it is now, the ends themselves left out."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -68,12 +69,12 @@ def knee(losses: Array) -> int:
     return int(normalized(losses).sum(axis=-1).argmin())
 
 
-def spread(losses: Array, count: int) -> np.ndarray:
-    """At most so many points of a front (m, k), far from each other: the ends first, then the farthest."""
+def spread(losses: Array, count: int, wanted: Sequence[int] = ()) -> np.ndarray:
+    """At most so many points of a front (m, k): those wanted, or the ends, then the farthest from all before."""
     if len(losses) <= count:
         return np.arange(len(losses))
     places = normalized(losses)
-    kept = list(dict.fromkeys(int(k) for k in losses.argmin(axis=0)))[:count]
+    kept = list(wanted or dict.fromkeys(int(k) for k in losses.argmin(axis=0)))[:count]
     distance = np.min([((places - places[k]) ** 2).sum(axis=-1) for k in kept], axis=0)
     while len(kept) < count:
         kept.append(int(distance.argmax()))
