@@ -19,7 +19,7 @@ from acalx.arrays import Array
 from acalx.optimizers.agreement import distinct_solutions
 from acalx.optimizers.base import Account
 from acalx.optimizers.goals import Aims, Runs
-from acalx.optimizers.pareto import nondominated, normalized, spread
+from acalx.optimizers.pareto import SAME, nondominated, spread
 from acalx.optimizers.starts import descend_from_many
 from acalx.problem import Problem
 
@@ -34,13 +34,13 @@ _WEIGHTS = (1e-2, 1e-3)
 _STRAYED = 1e-3
 # Goals of the first, coarse layer, and how often goals are tried again from their neighbors.
 _COARSE = 9
-_SWEEPS = 3
+_SWEEPS = 4
 # Ranges of losses that are smaller are no conflict.
 _NO_RANGE = 1e-5
 # Weight of all the losses beside a goal, so that none is larger than it needs to be.
 _SLIGHT = 1e-4
-# Losses that fell by less are as they were.
-_GAIN = 1e-5
+# Goals that are reached closer by less, in parts of the smallest range, are as they were.
+_GAIN = 1e-3
 
 
 def lattice(k: int, count: int) -> Array:
@@ -189,16 +189,35 @@ class _Search:
         self._reach(index, targets)
         self.account.fraction = 0.6
         fine = self._goals(lattice(self.k, self.options.points))
+        least = np.full(len(fine), np.inf)
         for sweep in range(_SWEEPS):
-            nearest = np.argsort(self._merits(fine, self.runs.losses), axis=1)[:, :2]
-            before = self._merits(fine, self.losses).min(axis=1)
-            self._reach(nearest.T.ravel(), np.tile(fine, (2, 1)))
-            self.account.fraction = 0.6 + 0.4 * (sweep + 1) / _SWEEPS
-            ends = self.runs.merit.reshape(2, -1)
+            sources, goals = self._neighbors(fine, itself=not sweep)
+            self._reach(sources, fine[goals])
             self.lay_out(fine)
-            apart = np.abs(ends[0] - ends[1]) > _GAIN
-            if not apart.any() or (sweep and not (ends.min(axis=0) < before - _GAIN).any()):
+            self.account.fraction = 0.6 + 0.4 * (sweep + 1) / _SWEEPS
+            before = least
+            least = self._merits(fine, self.losses).min(axis=1)
+            if sweep and not (least < before - _GAIN * self.span.min()).any():
                 break
+
+    def _neighbors(self, goals: Array, itself: bool) -> tuple[np.ndarray, np.ndarray]:
+        """For each goal the closest of the runs below its best in each loss, and that best where asked for.
+
+        They come from all sides, since another side may belong to another branch of the front
+        that goes on below this one. Gives the numbers of runs and of their goals.
+        """
+        alone = nondominated(self.runs.losses)
+        losses = self.runs.losses[alone]
+        merits = self._merits(goals, losses)
+        best = merits.argmin(axis=1)
+        sources, numbers = [alone[best]] if itself else [], [np.arange(len(goals))] if itself else []
+        for k in range(self.k):
+            below = losses[None, :, k] < losses[best, None, k] - SAME
+            beside = np.where(below, merits, np.inf)
+            there = np.flatnonzero(np.isfinite(beside).any(axis=1))
+            sources.append(alone[beside[there].argmin(axis=1)])
+            numbers.append(there)
+        return np.concatenate(sources), np.concatenate(numbers)
 
     def lay_out(self, goals: Array) -> None:
         """Choose from the points the ends and the closest to each goal, and fill up with the farthest from these."""

@@ -172,13 +172,15 @@ class Runs:
             self.settings[where], self.losses[where], self.merit[where] = settings[better], losses[better], merit[better]
             miss, open_gap = self._update(information, losses, going)
             held = (miss < _MISS * self.aims.unit) & (open_gap < 10 * tolerance)
-            settled = held & (np.abs(merit - previous[going]) < max(tolerance, 1e-6)) if self.ceilings else held
+            if self.ceilings:
+                with np.errstate(invalid="ignore"):
+                    held &= np.abs(merit - previous[going]) < max(tolerance, 1e-6)
             slow = open_gap > 0.25 * gap[going]
             self.state.penalty[going[slow]] = np.minimum(
                 self.state.penalty[going[slow]] * _GROWTH, _LARGEST_PENALTY
             )
             gap[going], previous[going] = open_gap, merit
-            going = going[~settled & np.isfinite(merit)]
+            going = going[~held & np.isfinite(merit)]
         return self
 
     def _settings(self, x: Array) -> Array:

@@ -9,7 +9,7 @@ import numpy as np
 
 from acalx.arrays import Array
 
-__all__ = ["FrontPoint", "front_points", "knee", "nondominated", "normalized", "spread"]
+__all__ = ["SAME", "FrontPoint", "front_points", "knee", "nondominated", "normalized", "spread"]
 
 # Losses that differ by less are the same.
 SAME = 1e-6

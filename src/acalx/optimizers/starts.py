@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from acalx.arrays import Array
+from acalx.criteria import Criterion
 from acalx.optimizers.agreement import Verdict, fewest_starts, judge
 from acalx.optimizers.base import Account
 from acalx.optimizers.descent import descend
@@ -45,10 +46,11 @@ def descend_from_many(
     tolerance: float,
     iterations: int,
 ) -> Ends:
-    """Batches of starts until they agree; options as those of `acalx.optimizers.Gradient`."""
+    """Batches of starts until they agree, or none can be better; options as those of `acalx.optimizers.Gradient`."""
     settings, losses = np.empty((0, problem.n, problem.d)), np.empty(0)
     largest = max(batch, problem.chunk)
-    fewest = min(fewest_starts(problem), starts)
+    floor = least_loss(problem.criterion)
+    fewest = min(fewest_starts(problem) if floor == -np.inf else batch, starts)
     while True:
         # as many again as before: a large stack costs far less than many small ones
         count = min(max(batch, fewest - len(losses), len(losses)), starts - len(losses), largest)
@@ -63,9 +65,17 @@ def descend_from_many(
         settings = np.concatenate([settings, descent.settings])
         losses = np.concatenate([losses, descent.loss])
         verdict = judge(losses, agreement)
-        settled = verdict.settled and len(losses) >= fewest
+        settled = (verdict.settled and len(losses) >= fewest) or bool((losses <= floor + 1e-9).any())
         if settled or len(losses) >= starts:
             return Ends(settings, losses, verdict, settled)
+
+
+def least_loss(criterion: Criterion) -> float:
+    """What no loss is below: the floors of a criterion that has floors and nothing else; otherwise -inf."""
+    terms = criterion.terms()
+    if terms.smooth:
+        return -np.inf
+    return sum(weight * ceiling.log_floor for weight, ceiling in terms.ceilings)
 
 
 def regular_starts(problem: Problem, rng: np.random.Generator, count: int) -> Array:

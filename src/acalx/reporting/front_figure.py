@@ -44,12 +44,10 @@ def draw_front(
         _draw_parallel(names, values, knee, directory, title)
         return
     pairs = list(combinations(range(len(names)), 2))
-    width = 6.4 if len(pairs) == 1 else 4.6 * len(pairs)
-    figure, panels = new_figure(width, 4.6 if len(pairs) == 1 else 4.4, len(pairs))
+    figure, panels = new_figure(6.4 if len(pairs) == 1 else 4.4 * len(pairs), 4.8, len(pairs))
     for axes, pair in zip(panels, pairs, strict=True):
         _draw_pair(axes, [names[k] for k in pair], values[:, pair], knee, len(names) == 2, others, pair)
-    handles, labels = panels[0].get_legend_handles_labels()
-    panels[-1].legend(handles, labels, frameon=False, loc="upper right", fontsize=9)
+    figure.legend(*panels[0].get_legend_handles_labels(), frameon=False, loc="outside lower center", ncols=3, fontsize=9)
     figure.suptitle(title)
     save(figure, directory, "front")
 
