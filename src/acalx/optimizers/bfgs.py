@@ -84,9 +84,7 @@ def minimize_stack(
 class _Runs:
     """The runs that go on, and in `final` where all of them were last."""
 
-    def __init__(
-        self, objective: Objective, x: Array, lower: Array, upper: Array, known: Curvature | None
-    ) -> None:
+    def __init__(self, objective: Objective, x: Array, lower: Array, upper: Array, known: Curvature | None) -> None:
         self.objective, self.lower, self.upper = objective, lower, upper
         self.index = np.arange(len(x))
         self.x = x

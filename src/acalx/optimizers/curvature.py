@@ -149,14 +149,14 @@ class _Limited(Curvature):
         self.weights = [weight[keep] for weight in self.weights]
         self.scale, self.known = self.scale[keep], self.known[keep]
 
-
-def curvature(s: int, k: int) -> Curvature:
-    """A fresh estimate for s functions of k variables."""
-    return _Dense(s, k) if k <= _DENSE or s * k * k <= _DENSE_ENTRIES else _Limited(s, k)
-
     def take(self, index: np.ndarray) -> Self:
         """Afresh: the pairs of members that end at different steps are not of one length."""
         return type(self)(len(index), self.k)
 
     def put(self, index: np.ndarray, source: Self) -> None:
         """Nothing is kept."""
+
+
+def curvature(s: int, k: int) -> Curvature:
+    """A fresh estimate for s functions of k variables."""
+    return _Dense(s, k) if k <= _DENSE or s * k * k <= _DENSE_ENTRIES else _Limited(s, k)

@@ -37,6 +37,8 @@ _COARSE = 9
 _SWEEPS = 4
 # Ranges of losses that are smaller are no conflict.
 _NO_RANGE = 1e-5
+# Tolerance between the ends, over that at the ends: a loss changes by the square of a slope that is left.
+_LOOSER = 100.0
 # Weight of all the losses beside a goal, so that none is larger than it needs to be.
 _SLIGHT = 1e-4
 # Goals that are reached closer by less, in parts of the smallest range, are as they were.
@@ -246,5 +248,5 @@ class _Search:
 
     def _reach(self, index: np.ndarray, targets: Array) -> None:
         self.runs = self.runs.again(index, self._aims(targets))
-        self.runs.descend(self.options.tolerance, self.options.iterations)
+        self.runs.descend(_LOOSER * self.options.tolerance, self.options.iterations)
         self.add(self.runs.settings, self.runs.losses)

@@ -63,7 +63,7 @@ class Aims:
     @property
     def has_goal(self) -> np.ndarray:
         """Which runs have goals, (s,)."""
-        return np.isfinite(self.targets).all(axis=-1)
+        return np.asarray(np.isfinite(self.targets).all(axis=-1))
 
     def excess(self, losses: Array) -> Array:
         """Least s for losses (s, k), zero for runs without goals."""
@@ -169,26 +169,28 @@ class Runs:
             merit = self.aims.select(going).merit(losses)
             better = merit < self.merit[going]
             where = going[better]
-            self.settings[where], self.losses[where], self.merit[where] = settings[better], losses[better], merit[better]
+            self.settings[where], self.losses[where], self.merit[where] = (
+                settings[better],
+                losses[better],
+                merit[better],
+            )
             miss, open_gap = self._update(information, losses, going)
             held = (miss < _MISS * self.aims.unit) & (open_gap < 10 * tolerance)
             if self.ceilings:
                 with np.errstate(invalid="ignore"):
                     held &= np.abs(merit - previous[going]) < max(tolerance, 1e-6)
             slow = open_gap > 0.25 * gap[going]
-            self.state.penalty[going[slow]] = np.minimum(
-                self.state.penalty[going[slow]] * _GROWTH, _LARGEST_PENALTY
-            )
+            self.state.penalty[going[slow]] = np.minimum(self.state.penalty[going[slow]] * _GROWTH, _LARGEST_PENALTY)
             gap[going], previous[going] = open_gap, merit
             going = going[~held & np.isfinite(merit)]
         return self
 
     def _settings(self, x: Array) -> Array:
-        return x[:, : self.angles].reshape(-1, *self.settings.shape[1:])
+        return np.asarray(x[:, : self.angles].reshape(-1, *self.settings.shape[1:]))
 
     def _smooth(self, information: Information, log_t: Array) -> Array:
         """Losses (a, k) with log t in the place of the maxima."""
-        losses = log_t @ self.shares.T
+        losses: Array = log_t @ self.shares.T
         for k, terms in enumerate(self.terms):
             for weight, criterion in terms.smooth:
                 losses[:, k] += weight * self.problem.loss_of(information, criterion)

@@ -81,4 +81,3 @@ class Gradient(Optimizer):
             account.seconds,
             account.history,
         )
-

@@ -123,7 +123,7 @@ class NSGA2(Optimizer):
 
             def _evaluate(self, x: Array, out: dict[str, Any], *args: Any, **kwargs: Any) -> None:
                 losses = problem.losses(space.settings(x))
-                singular = ~np.isfinite(losses).all(axis=-1)
+                singular = np.asarray(~np.isfinite(losses).all(axis=-1))
                 out["F"] = np.where(singular[:, None], 0.0, losses)
                 out["G"] = np.where(singular, 1.0, -1.0)[:, None]
 
@@ -147,13 +147,13 @@ class NSGA2(Optimizer):
             account.hold(space.settings(members.get("X")[feasible][best]), losses[best])
 
     def _algorithm(self, sampling: Array, whole: bool) -> Algorithm:
-        from pymoo.algorithms.moo.nsga2 import NSGA2 as PymooNSGA2
+        from pymoo.algorithms.moo.nsga2 import NSGA2 as Evolution  # noqa: N811
         from pymoo.operators.crossover.sbx import SBX
         from pymoo.operators.mutation.pm import PM
         from pymoo.operators.repair.rounding import RoundingRepair
 
         repair = {"vtype": float, "repair": RoundingRepair()} if whole else {}
-        return PymooNSGA2(
+        return Evolution(
             pop_size=self.population,
             sampling=sampling,
             crossover=SBX(prob=self.crossover, eta=self.crossover_eta, **repair),
@@ -183,7 +183,9 @@ class _Space:
         self.shape = (problem.n, problem.d)
         lower, upper = problem.limits
         ends = np.tile(problem.stand.bounds, (problem.n, 1)).T
-        lower, upper = (np.where(np.isfinite(open_), open_, end) for open_, end in zip((lower, upper), ends, strict=True))
+        lower, upper = (
+            np.where(np.isfinite(open_), open_, end) for open_, end in zip((lower, upper), ends, strict=True)
+        )
         self.free = np.flatnonzero(lower < upper)
         self.fixed = lower
         settings = problem.stand.settings * problem.n
@@ -203,7 +205,7 @@ class _Space:
         for column, (k, stops) in enumerate(zip(self.free, self.stops, strict=True)):
             if stops is not None:
                 flat[:, k] = stops[np.rint(vectors[:, column]).astype(int)]
-        return flat.reshape(-1, *self.shape)
+        return np.asarray(flat.reshape(-1, *self.shape))
 
     def vectors(self, settings: Array) -> Array:
         """The way back, for settings that the stand allows."""

@@ -7,11 +7,11 @@ from typing import ClassVar, final
 
 import numpy as np
 
+from acalx.errors import AcalxError
 from acalx.optimizers.base import Account, Optimizer, Result, no_regular_program, refuse_steps
 from acalx.optimizers.front import FrontSearch
 from acalx.optimizers.options import require_count, require_points, require_positive
 from acalx.optimizers.starts import regular_starts
-from acalx.errors import AcalxError
 from acalx.problem import Problem
 
 __all__ = ["Scalarized"]
@@ -63,9 +63,7 @@ class Scalarized(Optimizer):
 
     def search(self, problem: Problem, rng: np.random.Generator, account: Account) -> Result:
         """Ends, then goals between them."""
-        search = FrontSearch(
-            self.points, self.starts, self.batch, self.agreement, self.tolerance, self.iterations
-        )
+        search = FrontSearch(self.points, self.starts, self.batch, self.agreement, self.tolerance, self.iterations)
         settled = search.run(problem, rng, account, regular_starts(problem, rng, self.seeds))
         if account.front is None:
             raise AcalxError(no_regular_program(problem))

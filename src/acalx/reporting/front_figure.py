@@ -47,7 +47,9 @@ def draw_front(
     figure, panels = new_figure(6.4 if len(pairs) == 1 else 4.4 * len(pairs), 4.8, len(pairs))
     for axes, pair in zip(panels, pairs, strict=True):
         _draw_pair(axes, [names[k] for k in pair], values[:, pair], knee, len(names) == 2, others, pair)
-    figure.legend(*panels[0].get_legend_handles_labels(), frameon=False, loc="outside lower center", ncols=3, fontsize=9)
+    figure.legend(
+        *panels[0].get_legend_handles_labels(), frameon=False, loc="outside lower center", ncols=3, fontsize=9
+    )
     figure.suptitle(title)
     save(figure, directory, "front")
 
@@ -72,7 +74,14 @@ def _draw_pair(
     axes.plot(x, y, "o", color=SERIES[1], markersize=4, label=label, zorder=2)
     _draw_published(axes, values, others, pair)
     axes.plot(
-        x[knee], y[knee], "D", color=SERIES[0], markersize=8, markeredgecolor="white", label="knee: program.csv", zorder=4
+        x[knee],
+        y[knee],
+        "D",
+        color=SERIES[0],
+        markersize=8,
+        markeredgecolor="white",
+        label="knee: program.csv",
+        zorder=4,
     )
     for k, name in enumerate(names):
         end = int(values[:, k].argmin())
@@ -108,7 +117,9 @@ def _draw_parallel(names: Sequence[str], values: Array, knee: int, directory: Pa
     places = np.arange(len(names))
     axes.plot(places, heights.T, color=SERIES[1], linewidth=0.8, alpha=0.4)
     axes.plot(places, heights[knee], color=SERIES[0], linewidth=2.2, label="knee: program.csv")
-    ticks = [f"{name}\n{low:.4g} to {high:.4g}" for name, low, high in zip(names, values.min(0), values.max(0), strict=True)]
+    ticks = [
+        f"{name}\n{low:.4g} to {high:.4g}" for name, low, high in zip(names, values.min(0), values.max(0), strict=True)
+    ]
     axes.set_xticks(places, ticks)
     axes.set_yticks([0.0, 1.0], ["least", "largest"])
     axes.legend(frameon=False, loc="upper right", fontsize=9)
