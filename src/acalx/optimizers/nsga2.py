@@ -214,4 +214,4 @@ class _Space:
             flat[:, k] if stops is None else np.abs(flat[:, k, None] - stops).argmin(axis=-1)
             for k, stops in enumerate(self.stops)
         ]
-        return np.clip(np.stack(columns, axis=-1).astype(float), self.lower, self.upper)
+        return np.asarray(np.clip(np.stack(columns, axis=-1).astype(float), self.lower, self.upper))
