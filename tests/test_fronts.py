@@ -362,7 +362,9 @@ def test_a_run_leaves_the_front(commands: dict[str, Outcome]) -> None:
     assert np.exp(result["losses"]) == pytest.approx(values[number - 1], rel=1e-12)
     assert (result["metrics"]["D"], result["metrics"]["A"]) == pytest.approx(values[number - 1], rel=1e-9)
     assert outcome.text(f"front/{number:02}.csv") == outcome.text("program.csv")
-    assert sorted(path.name for path in (outcome.directory / "front").iterdir()) == [f"{k:02}.csv" for k in range(1, 13)]
+    assert sorted(path.name for path in (outcome.directory / "front").iterdir()) == [
+        f"{k:02}.csv" for k in range(1, 13)
+    ]
     assert ElementTree.parse(outcome.directory / "front.svg").getroot().tag.endswith("svg")
     for words in (f"knee ({number})", "best d (1)", "best a (12)", "12 points on the front"):
         assert words in outcome.out
