@@ -9,12 +9,12 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from acalx.criteria import A, Criterion, D, E, Inequality, Product
+    from acalx.criteria import A, Criterion, D, E, Inequality, Objectives, Product
     from acalx.errors import AcalxError
     from acalx.information import Information, Parameter
     from acalx.metrics import figures_of_merit
     from acalx.models import Model, ScalarAccel
-    from acalx.optimizers import DifferentialEvolution, Gradient, Optimizer, Result
+    from acalx.optimizers import NSGA2, DifferentialEvolution, Gradient, Optimizer, Result, Scalarized
     from acalx.problem import Problem
     from acalx.programs import Program, find_program, published, read_program
     from acalx.stands import Setting, Stand, TwoAxis
@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 __version__ = "0.1.0"
 
 __all__ = [
+    "NSGA2",
     "A",
     "AcalxError",
     "Criterion",
@@ -33,6 +34,7 @@ __all__ = [
     "Inequality",
     "Information",
     "Model",
+    "Objectives",
     "Optimizer",
     "Parameter",
     "Problem",
@@ -40,6 +42,7 @@ __all__ = [
     "Program",
     "Result",
     "ScalarAccel",
+    "Scalarized",
     "Setting",
     "Stand",
     "Stimulus",
@@ -51,12 +54,12 @@ __all__ = [
 ]
 
 _HOMES = {
-    "acalx.criteria": ("A", "Criterion", "D", "E", "Inequality", "Product"),
+    "acalx.criteria": ("A", "Criterion", "D", "E", "Inequality", "Objectives", "Product"),
     "acalx.errors": ("AcalxError",),
     "acalx.information": ("Information", "Parameter"),
     "acalx.metrics": ("figures_of_merit",),
     "acalx.models": ("Model", "ScalarAccel"),
-    "acalx.optimizers": ("DifferentialEvolution", "Gradient", "Optimizer", "Result"),
+    "acalx.optimizers": ("NSGA2", "DifferentialEvolution", "Gradient", "Optimizer", "Result", "Scalarized"),
     "acalx.problem": ("Problem",),
     "acalx.programs": ("Program", "find_program", "published", "read_program"),
     "acalx.stands": ("Setting", "Stand", "TwoAxis"),

@@ -120,7 +120,11 @@ def _draw(problem: Problem, result: Result, reference: Program | None, directory
         from acalx.reporting.front_figure import draw_front
 
         values = np.exp([point.losses for point in result.front])
-        others = {program.name: np.exp(losses) for program, losses in published_losses(problem)}
+        others = {
+            program.name: np.exp(losses)
+            for program, losses in published_losses(problem)
+            if problem.stand.allows(program.settings_for(problem.stand), tolerance=1e-6).all()
+        }
         names = problem.criterion.objective_names
         draw_front(names, values, result.knee, directory.path, f"{problem.n} positions: {result.message}", others)
     else:

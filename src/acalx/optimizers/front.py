@@ -102,6 +102,7 @@ class _Search:
         self.settings = np.empty((0, problem.n, problem.d))
         self.losses = np.empty((0, self.k))
         self.ideal = np.full(self.k, np.inf)
+        self.before = account.fraction
 
     def add(self, settings: Array, losses: Array) -> None:
         """Points that were found; the account holds the front of all."""
@@ -111,6 +112,9 @@ class _Search:
         self.settings, self.losses = self.settings[kept], self.losses[kept]
         chosen = spread(self.losses, self.options.points)
         self.account.hold(self.settings[chosen], self.losses[chosen])
+
+    def _progress(self, share: float) -> None:
+        self.account.fraction = self.before + (1.0 - self.before) * share
 
     def find_ends(self, rng: np.random.Generator, seeds: Array) -> bool:
         """Each objective alone, then the others at its best, and weighted sums from the seeds."""
@@ -137,7 +141,7 @@ class _Search:
             owners += [k] * len(best)
             found = np.stack([solution.settings for solution in best])
             self.add(found, self.problem.losses(found))
-            self.account.fraction = 0.4 * (k + 1) / self.k
+            self._progress(0.4 * (k + 1) / self.k)
         self._descend_to_ends(np.concatenate([np.stack(starts), seeds]), np.array(owners))
         return settled
 
@@ -165,7 +169,7 @@ class _Search:
         self.runs = runs
         self.ends = [int(np.where(owners == k, runs.merit[:count], np.inf).argmin()) for k in range(self.k)]
         self.free = np.arange(count, len(starts))
-        self.account.fraction = 0.5
+        self._progress(0.5)
 
     def _strayed(self, losses: Array, owners: np.ndarray) -> bool:
         """Whether under some objective no run is at its best program any more."""
@@ -189,14 +193,14 @@ class _Search:
             targets = np.concatenate([targets, coarse[merits.argmin(axis=0)]])
         assert len(every)
         self._reach(index, targets)
-        self.account.fraction = 0.6
+        self._progress(0.6)
         fine = self._goals(lattice(self.k, self.options.points))
         least = np.full(len(fine), np.inf)
         for sweep in range(_SWEEPS):
             sources, goals = self._neighbors(fine, itself=not sweep)
             self._reach(sources, fine[goals])
             self.lay_out(fine)
-            self.account.fraction = 0.6 + 0.4 * (sweep + 1) / _SWEEPS
+            self._progress(0.6 + 0.4 * (sweep + 1) / _SWEEPS)
             before = least
             least = self._merits(fine, self.losses).min(axis=1)
             if sweep and not (least < before - _GAIN * self.span.min()).any():

@@ -63,11 +63,15 @@ def _draw_pair(
     others: Mapping[str, Array],
     pair: tuple[int, int],
 ) -> None:
+    from matplotlib.ticker import LogLocator, NullFormatter
+
     x, y = values.T
-    for axis, each in ((axes.xaxis, x), (axes.yaxis, y)):
+    for axis, set_scale, each in ((axes.xaxis, axes.set_xscale, x), (axes.yaxis, axes.set_yscale, y)):
         if each.max() > _WIDE * each.min() > 0:
-            axis.set_label_coords(*((0.5, -0.1) if axis is axes.xaxis else (-0.13, 0.5)))
-            (axes.set_xscale if axis is axes.xaxis else axes.set_yscale)("log")
+            set_scale("log")
+            axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+            axis.set_major_formatter("{x:g}")
+            axis.set_minor_formatter(NullFormatter())
     if alone:  # a line would lie about three objectives, of which this is a projection
         axes.plot(x, y, color=PALE, linewidth=1.0, zorder=1)
     label = f"{len(values)} programs, none better in all" if len(values) > 1 else "best in all"
