@@ -196,34 +196,41 @@ class _Search:
         self._progress(0.6)
         fine = self._goals(lattice(self.k, self.options.points))
         least = np.full(len(fine), np.inf)
+        sources, reached = self._nearest(fine)
         for sweep in range(_SWEEPS):
-            sources, goals = self._neighbors(fine, itself=not sweep)
-            self._reach(sources, fine[goals])
+            self._reach(sources, fine[reached])
             self.lay_out(fine)
             self._progress(0.6 + 0.4 * (sweep + 1) / _SWEEPS)
             before = least
             least = self._merits(fine, self.losses).min(axis=1)
             if sweep and not (least < before - _GAIN * self.span.min()).any():
                 break
+            sources, reached = self._beside(fine)
+            if not len(sources):
+                break
 
-    def _neighbors(self, goals: Array, itself: bool) -> tuple[np.ndarray, np.ndarray]:
-        """For each goal the closest of the runs below its best in each loss, and that best where asked for.
+    def _nearest(self, goals: Array) -> tuple[np.ndarray, np.ndarray]:
+        """For each goal the closest of the runs: numbers of runs and of their goals."""
+        return self._merits(goals, self.runs.losses).argmin(axis=1), np.arange(len(goals))
+
+    def _beside(self, goals: Array) -> tuple[np.ndarray, np.ndarray]:
+        """For each goal and loss the closest of the runs that are below its best in that loss.
 
         They come from all sides, since another side may belong to another branch of the front
-        that goes on below this one. Gives the numbers of runs and of their goals.
+        that goes on below this one.
         """
         alone = nondominated(self.runs.losses)
         losses = self.runs.losses[alone]
         merits = self._merits(goals, losses)
         best = merits.argmin(axis=1)
-        sources, numbers = [alone[best]] if itself else [], [np.arange(len(goals))] if itself else []
+        sources, reached = [], []
         for k in range(self.k):
             below = losses[None, :, k] < losses[best, None, k] - SAME
             beside = np.where(below, merits, np.inf)
             there = np.flatnonzero(np.isfinite(beside).any(axis=1))
             sources.append(alone[beside[there].argmin(axis=1)])
-            numbers.append(there)
-        return np.concatenate(sources), np.concatenate(numbers)
+            reached.append(there)
+        return np.concatenate(sources), np.concatenate(reached)
 
     def lay_out(self, goals: Array) -> None:
         """Choose from the points the ends and the closest to each goal, and fill up with the farthest from these."""
