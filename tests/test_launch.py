@@ -312,11 +312,12 @@ def test_script_suggests_a_command(script):
     assert script["rnu"].err == "acalx: no command 'rnu'; did you mean run? (there are: evaluate, run)\n"
 
 
+CONF = Path(str(resources.files("acalx.conf")))
 COMPLETIONS = {
     "acalx ": {"run", "evaluate"},
     "acalx ev": {"evaluate"},
     "acalx run crit": {"criterion=", "criterion."},
-    "acalx run criterion=": {f"criterion={name}" for name in ("a", "a_fair", "custom", "d", "d_fair", "e", "e_fair")},
+    "acalx run criterion=": {f"criterion={path.stem}" for path in (CONF / "criterion").glob("*.yaml")},
     "acalx run n=9 optimizer=g": {"optimizer=gradient"},
     "acalx run optimizer=gradient optimizer.ba": {"optimizer.batch="},
     "acalx evaluate prog": {"program="},
@@ -362,7 +363,6 @@ def test_completion_works_in_bash(tmp_path):
 # ---------------------------------------------------------------- configuration
 
 KINDS = {"model": Model, "stand": Stand, "criterion": Criterion, "optimizer": Optimizer}
-CONF = Path(str(resources.files("acalx.conf")))
 OPTIONS = sorted(path.relative_to(CONF) for path in CONF.glob("*/*.yaml"))
 
 

@@ -316,7 +316,10 @@ def test_a_file_program_says_where_it_is_from(tmp_path):
         ("alpha1,alpha2\n1,2\n", "row 1: unknown column 'alpha1' .did you mean alpha1_deg"),
         ("x,y,Z\n1,0,0\n", "row 1: unknown column 'Z' .did you mean z"),
         ("eta_x,eta_y,etaz\n1,0,0\n", "row 1: unknown column 'etaz' .did you mean eta_z"),
-        ("alpha1_deg,alpha2_deg,temperature\n1,2,3\n", "unknown column 'temperature'; a header names .*comment, fixed are"),
+        (
+            "alpha1_deg,alpha2_deg,temperature\n1,2,3\n",
+            "unknown column 'temperature'; a header names .*comment, fixed are",
+        ),
         ("alpha1_deg alpha2_deg\n1 2\n", "unknown column 'alpha1_deg alpha2_deg'"),
         ("_deg\n1\n", "unknown column '_deg'"),
         ("eta_x,eta_y\n1,0\n", "row 1: no column eta_z; direction cosines are eta_x, eta_y, eta_z"),

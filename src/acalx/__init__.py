@@ -9,7 +9,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from acalx.criteria import A, Criterion, D, E, Inequality, Product
+    from acalx.criteria import A, Criterion, D, E, Inequality, Objectives, Product
     from acalx.errors import AcalxError
     from acalx.information import Information, Parameter
     from acalx.metrics import figures_of_merit
@@ -28,12 +28,14 @@ if TYPE_CHECKING:
         VectorAccel,
     )
     from acalx.optimizers import (
+        NSGA2,
         Auto,
         DifferentialEvolution,
         Exchange,
         Gradient,
         Optimizer,
         Result,
+        Scalarized,
         Survey,
         Traversal,
     )
@@ -45,6 +47,7 @@ if TYPE_CHECKING:
 __version__ = "0.1.0"
 
 __all__ = [
+    "NSGA2",
     "A",
     "AcalxError",
     "Auto",
@@ -60,6 +63,7 @@ __all__ = [
     "Information",
     "Joined",
     "Model",
+    "Objectives",
     "Optimizer",
     "Parameter",
     "Platform",
@@ -74,6 +78,7 @@ __all__ = [
     "Result",
     "ScalarAccel",
     "ScalarAccelQuadratic",
+    "Scalarized",
     "Setting",
     "Stand",
     "Stimulus",
@@ -89,7 +94,7 @@ __all__ = [
 ]
 
 _HOMES = {
-    "acalx.criteria": ("A", "Criterion", "D", "E", "Inequality", "Product"),
+    "acalx.criteria": ("A", "Criterion", "D", "E", "Inequality", "Objectives", "Product"),
     "acalx.errors": ("AcalxError",),
     "acalx.information": ("Information", "Parameter"),
     "acalx.metrics": ("figures_of_merit",),
@@ -108,12 +113,14 @@ _HOMES = {
         "VectorAccel",
     ),
     "acalx.optimizers": (
+        "NSGA2",
         "Auto",
         "DifferentialEvolution",
         "Exchange",
         "Gradient",
         "Optimizer",
         "Result",
+        "Scalarized",
         "Survey",
         "Traversal",
     ),

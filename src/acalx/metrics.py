@@ -6,12 +6,13 @@ from typing import Any
 
 import numpy as np
 
+from acalx.arrays import Array
 from acalx.errors import CompatibilityError
 from acalx.information import Information
 from acalx.problem import Problem
 from acalx.programs import Program, published
 
-__all__ = ["best_published", "figures_of_merit"]
+__all__ = ["best_published", "figures_of_merit", "published_losses"]
 
 
 def figures_of_merit(information: Information) -> dict[str, Any]:
@@ -57,7 +58,13 @@ def figures_of_merit(information: Information) -> dict[str, Any]:
 
 def best_published(problem: Problem) -> Program | None:
     """The best published program of as many positions, by the problem's criterion."""
-    ranked: list[tuple[float, Program]] = []
+    comparable = published_losses(problem)
+    return min(comparable, key=lambda pair: pair[1][0])[0] if comparable else None
+
+
+def published_losses(problem: Problem) -> list[tuple[Program, Array]]:
+    """Published programs of as many positions that can estimate all the parameters, with their losses (k,)."""
+    found = []
     for program in published().values():
         if program.n != problem.n:
             continue
@@ -65,7 +72,7 @@ def best_published(problem: Problem) -> Program | None:
             settings = program.settings_for(problem.stand)
         except CompatibilityError:
             continue  # a program for another stand is nothing to compare with
-        loss = float(problem.loss(settings))
-        if np.isfinite(loss):
-            ranked.append((loss, program))
-    return min(ranked, key=lambda pair: pair[0])[1] if ranked else None
+        losses = problem.losses(settings)
+        if np.isfinite(losses).all():
+            found.append((program, losses))
+    return found

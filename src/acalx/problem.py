@@ -119,6 +119,16 @@ class Problem:
         shape = (*settings.shape[:-2], -1)
         return lower.reshape(shape), upper.reshape(shape)
 
+    @cached_property
+    def singles(self) -> tuple[Problem, ...]:
+        """The same problem under each objective alone; itself where there is one criterion."""
+        objectives = self.criterion.objectives
+        return (self,) if len(objectives) == 1 else tuple(replace(self, criterion=single) for single in objectives)
+
+    def losses(self, settings: Array) -> Array:
+        """Loss of programs under each of the k objectives, +inf where singular: (..., n, d) in rad to (..., k)."""
+        return np.stack([single.loss(settings) for single in self.singles], axis=-1)
+
     def random(self, rng: np.random.Generator, count: int) -> Array:
         """Random programs that are permitted, (count, n, d) in rad.
 

@@ -10,10 +10,11 @@ import numpy as np
 from omegaconf import DictConfig, OmegaConf
 
 from acalx.certificate import Certificate, certify
+from acalx.composition import build_objectives, compose_objectives
 from acalx.criteria import Criterion
 from acalx.errors import ArgumentError
 from acalx.launch import INTERRUPTED, Entry, build, launch
-from acalx.metrics import best_published, figures_of_merit
+from acalx.metrics import best_published, figures_of_merit, published_losses
 from acalx.models import Model
 from acalx.optimizers import Optimizer, Result
 from acalx.problem import Problem
@@ -33,12 +34,13 @@ class RunConfig:
     model: Any = None
     stand: Any = None
     criterion: Any = None
+    objectives: Any = None
     optimizer: Any = None
     n: Any = 9
     fixed: Any = None
     replicates: Any = True
     seed: Any = 0
-    certificate: bool = True
+    certificate: Any = "auto"
     figures: bool = True
     traceback: bool = False
 
@@ -46,12 +48,17 @@ class RunConfig:
 def design(config: DictConfig, directory: RunDirectory) -> int:
     """Search, record, show."""
     directory.remember(n=config.n, seed=config.seed)
+    if config.objectives is not None:
+        config = compose_objectives(config, directory.overrides)
     directory.write_text("resolved.yaml", _resolved(config))
+    bounded = _wants_certificate(config)
     seed = config.seed
     if not isinstance(seed, int) or isinstance(seed, bool) or seed < 0:
         raise ArgumentError(f"seed={seed}: the seed must be a whole number, 0 or more")
     stand, model = build(config, "stand", Stand), build(config, "model", Model)
-    criterion, optimizer = build(config, "criterion", Criterion), build(config, "optimizer", Optimizer)
+    several = config.objectives is not None
+    criterion = build_objectives(config) if several else build(config, "criterion", Criterion)
+    optimizer = build(config, "optimizer", Optimizer)
     n = config.n
     if isinstance(n, float) and n.is_integer():
         n = int(n)  # 1e9 is a float in YAML
@@ -66,13 +73,13 @@ def design(config: DictConfig, directory: RunDirectory) -> int:
         problem = replace(problem, n=len(result.best.settings))
     _record(problem, result, directory)  # before anything else can go wrong
     certificate = None
-    if config.certificate and result.status != "interrupted":
+    if bounded and result.status != "interrupted":
         try:
             certificate = certify(problem, result.best.loss)
         except KeyboardInterrupt:  # the program is there, and is not to be lost
             result = replace(result, status="interrupted", message=f"{result.message}; interrupted while bounding it")
         _record_result(problem, result, certificate, directory)
-    reference = best_published(problem)
+    reference = None if result.front else best_published(problem)
     _show(problem, result, reference, certificate, directory)
     if config.figures:
         _draw(problem, result, reference, directory)
@@ -81,14 +88,21 @@ def design(config: DictConfig, directory: RunDirectory) -> int:
 
 def _record(problem: Problem, result: Result, directory: RunDirectory) -> None:
     directory.write_program(problem.stand, result.best.settings, problem.held)
-    directory.write_alternatives(problem.stand, result.solutions)
-    directory.write_history(result.history)
+    if result.front:
+        directory.write_front(problem.stand, problem.criterion.objective_names, result.front, result.knee, problem.held)
+    else:
+        directory.write_alternatives(problem.stand, result.solutions)
+        directory.write_history(result.history)
     if result.survey is not None:
         directory.write_survey(result.survey)
     _record_result(problem, result, None, directory)
 
 
 def _record_result(problem: Problem, result: Result, certificate: Certificate | None, directory: RunDirectory) -> None:
+    front: dict[str, Any] = {}
+    if result.front and result.knee is not None:
+        names, losses = problem.criterion.objective_names, result.front[result.knee].losses
+        front = {"objectives": names, "losses": losses, "points": len(result.front), "knee": result.knee + 1}
     directory.write_result(
         result.status,
         result.message,
@@ -100,6 +114,7 @@ def _record_result(problem: Problem, result: Result, certificate: Certificate | 
         gain=result.gain,
         alternatives=len(result.solutions) - 1,
         certificate=None if certificate is None else asdict(certificate),
+        **front,
     )
 
 
@@ -109,10 +124,21 @@ def _draw(problem: Problem, result: Result, reference: Program | None, directory
     stimulus = problem.stand.stimulus(result.best.settings)
     if stimulus.specific_force is not None:
         draw_positions(stimulus.specific_force, directory.path, f"{problem.n} positions of the vertical")
-    if result.survey is None:
-        draw_convergence(result.history, directory.path)
-    else:
+    if result.front and result.knee is not None:
+        from acalx.reporting.front_figure import draw_front
+
+        values = np.exp([point.losses for point in result.front])
+        others = {
+            program.name: np.exp(losses)
+            for program, losses in published_losses(problem)
+            if problem.stand.allows(program.settings_for(problem.stand), tolerance=1e-6).all()
+        }
+        names = problem.criterion.objective_names
+        draw_front(names, values, result.knee, directory.path, f"{problem.n} positions: {result.message}", others)
+    elif result.survey is not None:
         draw_landscape(result.survey.numbers, result.survey.losses, directory.path)
+    else:
+        draw_convergence(result.history, directory.path)
     entries = {"this program": problem.model.regressors(stimulus)}
     if reference is not None:
         feels = problem.stand.stimulus(reference.settings_for(problem.stand))
@@ -129,6 +155,8 @@ def _show(
 ) -> None:
     settings = result.best.settings
     columns = {"this program": figures_of_merit(problem.information(settings))}
+    if result.front and result.knee is not None:
+        columns = _notable(problem, result)
     if reference is not None:
         other = reference.settings_for(problem.stand)
         columns[reference.name] = figures_of_merit(problem.information(other))
@@ -142,9 +170,37 @@ def _show(
         print(f"{certificate}")
     if result.gain is not None:
         print(f"the polish lowered the loss by {result.gain:.3g}, to {result.best.loss:.6f}")
+    if result.front:
+        print("above are the ends and the knee, which is program.csv; front.csv has all the points")
     if len(result.solutions) > 1:
         print(f"{len(result.solutions) - 1} other programs are as good; see alternatives.csv")
     print(f"written to {directory.path}")
+
+
+def _notable(problem: Problem, result: Result) -> dict[str, dict[str, Any]]:
+    """Figures of the ends of a front and of its knee, each with its number."""
+    losses = np.array([point.losses for point in result.front])
+    numbers = {f"best {name}": int(losses[:, k].argmin()) for k, name in enumerate(problem.criterion.objective_names)}
+    assert result.knee is not None
+    chosen = {"knee": result.knee, **numbers}
+    return {
+        f"{name} ({number + 1})": figures_of_merit(problem.information(result.front[number].settings))
+        for name, number in chosen.items()
+    }
+
+
+def _wants_certificate(config: DictConfig) -> bool:
+    """Whether to bound what any program could reach."""
+    wanted = config.certificate
+    if wanted != "auto" and not isinstance(wanted, bool):
+        raise ArgumentError(f"certificate={wanted}: must be auto, true or false")
+    if wanted is True and config.objectives is not None:
+        name = next(iter(config.objectives))
+        raise ArgumentError(
+            "certificate=true: several objectives have no bound together; ask it of one criterion alone, by "
+            f"acalx.run criterion={name}, or by acalx.evaluate program=DIRECTORY/program.csv criterion={name}"
+        )
+    return bool(wanted) and config.objectives is None
 
 
 def _resolved(config: DictConfig) -> str:

@@ -17,6 +17,7 @@ from acalx.criteria import Ceiling, Criterion
 from acalx.information import Information, Parameter
 from acalx.models import Model
 from acalx.optimizers.base import Account, Optimizer, Result
+from acalx.optimizers.pareto import nondominated
 from acalx.problem import Problem
 from acalx.stands import Setting, Stand
 from acalx.stimulus import Stimulus
@@ -142,6 +143,12 @@ def check_optimizer(optimizer: Optimizer, problem: Problem, *, seed: int = 0) ->
         Of the random generator.
     """
     result, again = (optimizer.solve(problem, np.random.default_rng(seed)) for _ in range(2))
+    if optimizer.several:
+        _check_front(optimizer, problem, result, again)
+        halted = optimizer.solve(problem, np.random.default_rng(seed), _interrupt)
+        _require(halted.status == "interrupted", optimizer, f"lets an interrupt pass, got status {halted.status!r}")
+        _check_front(optimizer, problem, halted, halted)
+        return
     losses, progress = [s.loss for s in result.solutions], [loss for _, _, loss in result.history]
     _require(result.status in ("ok", "limit"), optimizer, f"status is ok or limit, got {result.status!r}")
     _require(bool(result.message), optimizer, "the message says why the search ended")
@@ -159,8 +166,23 @@ def check_optimizer(optimizer: Optimizer, problem: Problem, *, seed: int = 0) ->
     _require_solutions(optimizer, problem, halted)
 
 
+def _check_front(optimizer: Optimizer, problem: Problem, result: Result, again: Result) -> None:
+    """The points of a front: allowed, none better than another in all, the same again, the knee one of them."""
+    _require(len(result.front) > 0 and result.knee is not None, optimizer, "there is a front, and its knee")
+    losses = np.array([point.losses for point in result.front])
+    settings = np.array([point.settings for point in result.front])
+    _require(len(nondominated(losses)) == len(losses), optimizer, "no point of the front is better than another in all")
+    _require(bool((np.diff(losses[:, 0]) >= 0).all()), optimizer, "points come by ascending first loss")
+    _require(bool(problem.stand.allows(settings).all()), optimizer, "positions are ones the stand allows")
+    _require_close(optimizer, "the losses are those of the programs", losses, problem.losses(settings), 1e-9)
+    best = result.front[result.knee or 0].settings
+    _require(np.array_equal(result.best.settings, best), optimizer, "the best program is the knee")
+    same = [point.settings.tobytes() for point in result.front] == [p.settings.tobytes() for p in again.front]
+    _require(same, optimizer, "the same seed gives the same result, bit for bit")
+
+
 def _interrupt(account: Account) -> None:
-    if account.best is not None:
+    if account.found:
         raise KeyboardInterrupt
 
 

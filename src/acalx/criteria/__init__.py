@@ -3,6 +3,7 @@
 from acalx.criteria.alphabetic import A, D, E
 from acalx.criteria.base import Ceiling, Criterion
 from acalx.criteria.fair import Inequality
+from acalx.criteria.objectives import Objectives
 from acalx.criteria.product import Product
 
-__all__ = ["A", "Ceiling", "Criterion", "D", "E", "Inequality", "Product"]
+__all__ = ["A", "Ceiling", "Criterion", "D", "E", "Inequality", "Objectives", "Product"]

@@ -67,6 +67,16 @@ class Criterion(ABC):
         """Its name in messages."""
         return type(self).__name__
 
+    @property
+    def objectives(self) -> tuple[Criterion, ...]:
+        """What is to be made small: this one criterion, or several (see `acalx.criteria.Objectives`)."""
+        return (self,)
+
+    @property
+    def objective_names(self) -> tuple[str, ...]:
+        """What to call the objectives in tables and files."""
+        return (self.label,)
+
     def check(self, parameters: tuple[Parameter, ...]) -> None:  # noqa: B027 - most fit every model
         """Raise ArgumentError where the criterion does not fit a model with these parameters."""
 

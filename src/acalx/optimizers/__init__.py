@@ -5,16 +5,22 @@ from acalx.optimizers.base import Account, Optimizer, Result, Solution, Survey
 from acalx.optimizers.de import DifferentialEvolution
 from acalx.optimizers.exchange import Exchange
 from acalx.optimizers.gradient import Gradient
+from acalx.optimizers.nsga2 import NSGA2
+from acalx.optimizers.pareto import FrontPoint
+from acalx.optimizers.scalarized import Scalarized
 from acalx.optimizers.traversal import Traversal
 
 __all__ = [
+    "NSGA2",
     "Account",
     "Auto",
     "DifferentialEvolution",
     "Exchange",
+    "FrontPoint",
     "Gradient",
     "Optimizer",
     "Result",
+    "Scalarized",
     "Solution",
     "Survey",
     "Traversal",

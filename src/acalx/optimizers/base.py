@@ -6,12 +6,13 @@ import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from typing import Literal, final
+from typing import ClassVar, Literal, final
 
 import numpy as np
 
 from acalx.arrays import Array
 from acalx.errors import AcalxError, CompatibilityError
+from acalx.optimizers.pareto import FrontPoint, front_points, knee
 from acalx.problem import Problem
 
 __all__ = ["Account", "Optimizer", "Result", "Solution", "Status", "Survey", "Watch"]
@@ -30,6 +31,7 @@ class Solution:
     ----------
     settings : array (n, d), in rad
     loss : float
+        nan where there are several objectives.
     """
 
     settings: Array
@@ -88,6 +90,11 @@ class Result:
         By how much the final polish lowered the loss; None where there was none.
     survey : Survey or None
         All that was looked at, from a search that goes through everything.
+    front : tuple of FrontPoint
+        Where there are several objectives: programs none of which is better than another in
+        every one, by ascending first loss. Empty for one criterion.
+    knee : int or None
+        Which point of the front is the solution (see `acalx.optimizers.pareto.knee`).
     """
 
     status: Status
@@ -98,10 +105,30 @@ class Result:
     history: list[tuple[int, float, float]]
     gain: float | None = None
     survey: Survey | None = None
+    front: tuple[FrontPoint, ...] = ()
+    knee: int | None = None
+
+    @classmethod
+    def of_front(cls, status: Status, message: str, problem: Problem, account: Account) -> Result:
+        """The front that an account holds, with its knee as the solution."""
+        assert account.front is not None
+        programs, losses = account.front
+        points = front_points(np.stack([problem.canonical(program) for program in programs]), losses)
+        best = knee(losses)
+        return cls(
+            status,
+            message,
+            (Solution(points[best].settings, float("nan")),),
+            account.evaluations,
+            account.seconds,
+            account.history,
+            front=points,
+            knee=best,
+        )
 
     @property
     def best(self) -> Solution:
-        """The best program."""
+        """The best program; of several objectives the knee of the front."""
         return self.solutions[0]
 
 
@@ -113,12 +140,15 @@ class Account:
     ----------
     watch : callable, optional
         Called with the account after each step of the search, e.g. to show progress.
+    front : (array (m, n, d), array (m, k)), optional
+        Programs and losses of the front so far, where there are several objectives.
     """
 
     watch: Watch | None = None
     best: Solution | None = None
     evaluations: int = 0
     fraction: float = 0.0
+    front: tuple[Array, Array] | None = None
     history: list[tuple[int, float, float]] = field(default_factory=list)
     started: float = field(default_factory=time.perf_counter)
 
@@ -140,8 +170,23 @@ class Account:
         if np.isfinite(losses[k]) and (self.best is None or losses[k] < self.best.loss):
             self.best = Solution(settings[k].copy(), float(losses[k]))
             self.history.append((self.evaluations, self.seconds, self.best.loss))
+        self.tick()
+
+    def hold(self, settings: Array, losses: Array) -> None:
+        """Keep a front, programs (m, n, d) and losses (m, k), in the place of the one before."""
+        if len(losses):
+            self.front = settings, losses
+        self.tick()
+
+    def tick(self) -> None:
+        """Let the watch know."""
         if self.watch is not None:
             self.watch(self)
+
+    @property
+    def found(self) -> bool:
+        """Whether there is a program yet."""
+        return self.best is not None or self.front is not None
 
 
 class Optimizer(ABC):
@@ -149,7 +194,14 @@ class Optimizer(ABC):
 
     A new optimizer gives `search`; `solve` refuses what does not fit, keeps the account and
     turns an interrupt into a result. Concrete optimizers are frozen dataclasses of options.
+
+    Attributes
+    ----------
+    several : bool
+        Whether it takes several objectives, and gives their front, rather than one criterion.
     """
+
+    several: ClassVar[bool] = False
 
     def check(self, problem: Problem) -> None:  # noqa: B027 - most take every problem
         """Raise CompatibilityError for a problem that the optimizer can't handle."""
@@ -176,24 +228,43 @@ class Optimizer(ABC):
         AcalxError
             No program of the problem can estimate all parameters.
         """
+        _check_objectives(self, problem)
         self.check(problem)
         account = Account(watch)
         try:
             result = self.search(problem, rng, account)
         except KeyboardInterrupt:
+            said = f"interrupted after {account.seconds:.1f} s; this is the best"
+            if account.front is not None:
+                return Result.of_front("interrupted", f"{said} front so far", problem, account)
             if account.best is None:
                 raise
             return Result(
                 "interrupted",
-                f"interrupted after {account.seconds:.1f} s; this is the best program so far",
+                f"{said} program so far",
                 (Solution(problem.canonical(account.best.settings), account.best.loss),),
                 account.evaluations,
                 account.seconds,
                 account.history,
             )
-        if not np.isfinite(result.best.loss):
+        if not (result.front or np.isfinite(result.best.loss)):
             raise AcalxError(no_regular_program(problem))
         return result
+
+
+def _check_objectives(optimizer: Optimizer, problem: Problem) -> None:
+    """Raise CompatibilityError where several objectives meet an optimizer of one, or one of several."""
+    name, objectives = type(optimizer).__name__, problem.criterion.objective_names
+    if optimizer.several and len(objectives) == 1:
+        raise CompatibilityError(
+            f"optimizer {name} takes several objectives, got {objectives[0]} alone; "
+            "give two or more, as in objectives=[d,a], or use optimizer=gradient"
+        )
+    if not optimizer.several and len(objectives) > 1:
+        raise CompatibilityError(
+            f"optimizer {name} takes one criterion, got the objectives {', '.join(objectives)}; "
+            "for several use optimizer=scalarized or optimizer=nsga2, or multiply them to a product"
+        )
 
 
 def no_regular_program(problem: Problem) -> str:

@@ -7,7 +7,7 @@ scale Oren and Luenberger, Manage. Sci. 20 (1974) 845.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from typing import final
+from typing import Self, final
 
 import numpy as np
 
@@ -41,6 +41,14 @@ class Curvature(ABC):
     @abstractmethod
     def select(self, keep: np.ndarray) -> None:
         """Keep only some members of the stack."""
+
+    @abstractmethod
+    def take(self, index: np.ndarray) -> Self:
+        """Some members of the stack, by their numbers, as a stack of their own."""
+
+    @abstractmethod
+    def put(self, index: np.ndarray, source: Self) -> None:
+        """Bring members taken before up to date."""
 
     def newton(self, gradient: Array) -> Array:
         """The step to the minimum as far as it is known; a short one downhill at first."""
@@ -89,11 +97,20 @@ class _Dense(Curvature):
     def select(self, keep: np.ndarray) -> None:
         self.inverse, self.known, self.learnt = self.inverse[keep], self.known[keep], self.learnt[keep]
 
+    def take(self, index: np.ndarray) -> Self:
+        some = type(self)(0, self.inverse.shape[-1])
+        some.inverse, some.known, some.learnt = self.inverse[index], self.known[index], self.learnt[index]
+        return some
+
+    def put(self, index: np.ndarray, source: Self) -> None:
+        self.inverse[index], self.known[index], self.learnt[index] = source.inverse, source.known, source.learnt
+
 
 @final
 class _Limited(Curvature):
     def __init__(self, s: int, k: int) -> None:
         super().__init__(s, k)
+        self.k = k
         self.steps: list[Array] = []
         self.changes: list[Array] = []
         self.weights: list[Array] = []  # 1 / (step . change); 0 where a pair was of no use
@@ -131,6 +148,13 @@ class _Limited(Curvature):
         self.changes = [change[keep] for change in self.changes]
         self.weights = [weight[keep] for weight in self.weights]
         self.scale, self.known = self.scale[keep], self.known[keep]
+
+    def take(self, index: np.ndarray) -> Self:
+        """Afresh: the pairs of members that end at different steps are not of one length."""
+        return type(self)(len(index), self.k)
+
+    def put(self, index: np.ndarray, source: Self) -> None:
+        """Nothing is kept."""
 
 
 def curvature(s: int, k: int) -> Curvature:

@@ -20,6 +20,7 @@ from acalx.criteria import Ceiling, Criterion
 from acalx.information import Information, Parameter
 from acalx.optimizers.base import Account
 from acalx.optimizers.bfgs import minimize_stack
+from acalx.optimizers.curvature import curvature
 
 __all__ = ["Descent", "descend"]
 
@@ -140,6 +141,7 @@ class _Held:
         self.x = np.concatenate([starts.reshape(len(starts), -1), np.stack(logs, axis=-1)], axis=-1)
         self.multipliers = [ceiling.start(problem.parameters, (len(starts),)) for ceiling in self.ceilings]
         self.penalty = np.full(len(starts), _FIRST_PENALTY)
+        self.curvature = curvature(*self.x.shape)  # what one round learns helps the next
         self.best = starts.copy()
         self.loss = problem.loss(starts)
         account.see(starts, self.loss)
@@ -156,18 +158,19 @@ class _Held:
             settings = self.x[going, : self.angles].reshape(-1, *self.shape[1:])
             at = self.problem.linearize(settings)
             loss = self.problem.loss_of(at.information)
-            lagrangian = self._value_and_update(at.information, going)
+            with np.errstate(invalid="ignore", over="ignore"):  # a run may have crept up to a singular program
+                lagrangian = self._value_and_update(at.information, going)
+                new_gap = np.abs(loss - lagrangian)
+                settled = (new_gap < 10 * tolerance) & (np.abs(loss - previous[going]) < tolerance)
             self.account.keep(settings, loss)
             better = loss < self.loss[going]
             self.best[going[better]] = settings[better]
             self.loss[going[better]] = loss[better]
-            new_gap = np.abs(loss - lagrangian)
-            settled = (new_gap < 10 * tolerance) & (np.abs(loss - previous[going]) < tolerance)
             slow = new_gap > 0.25 * gap[going]
             self.penalty[going[slow]] = np.minimum(self.penalty[going[slow]] * _GROWTH, _LARGEST_PENALTY)
             gap[going], previous[going] = new_gap, loss
             self.converged[going[settled]] = True
-            going = going[~settled]
+            going = going[~settled & np.isfinite(loss)]
         return Descent(self.best, self.loss, self.converged, tuple(self.multipliers))
 
     def _round(self, going: np.ndarray, tolerance: float, iterations: int) -> None:
@@ -205,6 +208,7 @@ class _Held:
             x[:, : self.angles] = self.problem.project(settings, others).reshape(len(x), -1)
             return x
 
+        known = self.curvature.take(going)
         minima = minimize_stack(
             objective,
             self.x[going],
@@ -213,7 +217,9 @@ class _Held:
             tolerance=tolerance,
             iterations=iterations,
             project=project if self.problem.restricted else None,
+            known=known,
         )
+        self.curvature.put(going, known)
         self.x[going] = minima.x
 
     def _value_and_update(self, information: Information, going: np.ndarray) -> Array:

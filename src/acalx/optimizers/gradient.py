@@ -7,12 +7,10 @@ from typing import final
 
 import numpy as np
 
-from acalx.arrays import Array
-from acalx.optimizers.agreement import distinct_solutions, fewest_starts, judge
+from acalx.optimizers.agreement import distinct_solutions
 from acalx.optimizers.base import Account, Optimizer, Result, Status, refuse_steps
 from acalx.optimizers.options import require_count, require_positive
-from acalx.optimizers.settle import settle
-from acalx.optimizers.starts import regular_starts
+from acalx.optimizers.starts import descend_from_many
 from acalx.problem import Problem
 
 __all__ = ["Gradient"]
@@ -63,36 +61,22 @@ class Gradient(Optimizer):
 
     def search(self, problem: Problem, rng: np.random.Generator, account: Account) -> Result:
         """Batches of starts until they agree."""
-        settings: list[Array] = []
-        losses = np.empty(0)
-        status: Status = "ok"
-        largest = max(self.batch, problem.chunk)
-        fewest = min(fewest_starts(problem), self.starts)
-        while True:
-            # as many again as before: a large stack costs far less than many small ones
-            count = min(max(self.batch, fewest - len(losses), len(losses)), self.starts - len(losses), largest)
-            account.fraction = len(losses) / self.starts
-            descent = settle(
-                problem,
-                regular_starts(problem, rng, count),
-                account=account,
-                tolerance=self.tolerance,
-                iterations=self.iterations,
-            )
-            settings += list(descent.settings)
-            losses = np.concatenate([losses, descent.loss])
-            verdict = judge(losses, self.agreement)
-            if verdict.settled and len(losses) >= fewest:
-                message = f"stopped early, the starts agree: {verdict}"
-                break
-            if len(losses) >= self.starts:
-                message = f"all starts used: {verdict}"
-                status = "limit"
-                break
+        ends = descend_from_many(
+            problem,
+            rng,
+            account,
+            starts=self.starts,
+            batch=self.batch,
+            agreement=self.agreement,
+            tolerance=self.tolerance,
+            iterations=self.iterations,
+        )
+        status: Status = "ok" if ends.settled else "limit"
+        how = "stopped early, the starts agree" if ends.settled else "all starts used"
         return Result(
             status,
-            message,
-            distinct_solutions(problem, settings, losses, self.agreement),
+            f"{how}: {ends.verdict}",
+            distinct_solutions(problem, ends.settings, ends.losses, self.agreement),
             account.evaluations,
             account.seconds,
             account.history,

@@ -8,7 +8,7 @@ import numpy as np
 
 from acalx.errors import ArgumentError
 
-__all__ = ["require_count", "require_positive"]
+__all__ = ["require_count", "require_points", "require_positive"]
 
 
 def require_count(name: str, value: object) -> None:
@@ -21,3 +21,10 @@ def require_positive(name: str, value: object) -> None:
     """Raise ArgumentError unless the option is a positive finite number."""
     if not isinstance(value, (int, float)) or isinstance(value, bool) or not 0 < value < math.inf:
         raise ArgumentError(f"{name}={value}: must be a positive number")
+
+
+def require_points(name: str, value: object, objectives: int = 2) -> None:
+    """Raise ArgumentError unless the option is a whole number that a front of so many objectives can have."""
+    require_count(name, value)
+    if isinstance(value, (int, np.integer)) and value < objectives:
+        raise ArgumentError(f"{name}={value}: a front of {objectives} objectives has {objectives} ends or more")

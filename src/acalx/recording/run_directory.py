@@ -18,7 +18,7 @@ import numpy as np
 
 from acalx.arrays import Array
 from acalx.errors import ArgumentError
-from acalx.optimizers import Solution, Survey
+from acalx.optimizers import FrontPoint, Solution, Survey
 from acalx.stands import Stand
 
 __all__ = ["RunDirectory", "versions"]
@@ -98,7 +98,7 @@ class RunDirectory:
         """Write a file of text."""
         (self.path / name).write_text(text, encoding="utf-8")
 
-    def write_program(self, stand: Stand, settings: Array, held: int = 0) -> None:
+    def write_program(self, stand: Stand, settings: Array, held: int = 0, name: str = "program.csv") -> None:
         """program.csv: settings, angles in degrees, and the unit vector of the vertical in sensor axes.
 
         Where the first positions are held, a last column says which are fixed and which were chosen.
@@ -107,7 +107,19 @@ class RunDirectory:
         if held:
             header.append("fixed")
             rows = [[*row, "yes" if number <= held else "no"] for number, row in enumerate(rows, 1)]
-        self._write_table("program.csv", header, rows)
+        self._write_table(name, header, rows)
+
+    def write_front(
+        self, stand: Stand, names: Sequence[str], front: Sequence[FrontPoint], knee: int | None, held: int = 0
+    ) -> None:
+        """front.csv: the value of each objective, the exponential of its loss; front/NN.csv: the programs."""
+        (self.path / "front").mkdir()
+        width = max(2, len(str(len(front))))
+        rows = []
+        for number, point in enumerate(front, 1):
+            rows.append([number, *(repr(float(value)) for value in np.exp(point.losses)), int(number - 1 == knee)])
+            self.write_program(stand, point.settings, held, f"front/{number:0{width}}.csv")
+        self._write_table("front.csv", ["point", *names, "knee"], rows)
 
     def write_alternatives(self, stand: Stand, solutions: Iterable[Solution]) -> None:
         """alternatives.csv: all programs that are equally good, the best first."""
@@ -141,7 +153,7 @@ class RunDirectory:
 
 def versions() -> dict[str, str]:
     """Versions of what a result depends on."""
-    names = ("acalx", "numpy", "scipy", "hydra-core")
+    names = ("acalx", "numpy", "scipy", "pymoo", "hydra-core")
     found = {name: metadata.version(name) for name in names}
     return {**found, "python": platform.python_version(), "platform": sys.platform}
 

@@ -17,19 +17,29 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["draw_convergence", "draw_entries", "draw_landscape", "draw_positions", "new_figure", "save"]
+__all__ = [
+    "INK",
+    "PALE",
+    "SERIES",
+    "draw_convergence",
+    "draw_entries",
+    "draw_landscape",
+    "draw_positions",
+    "new_figure",
+    "save",
+]
 
-_INK, _PALE, _SERIES = "#1b2a41", "#b8c4d6", ("#c8553d", "#2a6f97", "#588157", "#8d6b94")
+INK, PALE, SERIES = "#1b2a41", "#b8c4d6", ("#c8553d", "#2a6f97", "#588157", "#8d6b94")
 _STYLE: dict[Any, Any] = {
     "font.size": 10.0,
-    "axes.edgecolor": _INK,
-    "axes.labelcolor": _INK,
+    "axes.edgecolor": INK,
+    "axes.labelcolor": INK,
     "axes.spines.top": False,
     "axes.spines.right": False,
-    "text.color": _INK,
-    "xtick.color": _INK,
-    "ytick.color": _INK,
-    "axes.prop_cycle": f"cycler(color={list(_SERIES)})",
+    "text.color": INK,
+    "xtick.color": INK,
+    "ytick.color": INK,
+    "axes.prop_cycle": f"cycler(color={list(SERIES)})",
     "svg.fonttype": "none",
     "svg.hashsalt": "acalx",  # the same figure gives the same file
 }
@@ -69,7 +79,7 @@ def draw_positions(directions: Array, directory: Path, title: str) -> None:
         _draw_half(axes, side, label)
         shown = upper if side > 0 else ~upper
         points = _project(directions[shown], side)
-        axes.plot(points[:, 0], points[:, 1], "o", color=_SERIES[0], markersize=7 if len(directions) < 60 else 4)
+        axes.plot(points[:, 0], points[:, 1], "o", color=SERIES[0], markersize=7 if len(directions) < 60 else 4)
         if len(directions) <= 60:
             numbers = np.flatnonzero(shown) + 1
             for number, (x, y) in zip(numbers, points, strict=True):
@@ -87,10 +97,10 @@ def _draw_half(axes: Axes, side: float, label: str) -> None:
             -1,
         )
         x, y = _project(ring, side).T
-        axes.plot(x, y, color=_INK if tilt == 90 else _PALE, linewidth=1.2 if tilt == 90 else 0.6)
+        axes.plot(x, y, color=INK if tilt == 90 else PALE, linewidth=1.2 if tilt == 90 else 0.6)
     edge = np.sqrt(2.0)
-    axes.plot([-edge, edge], [0, 0], color=_PALE, linewidth=0.6)
-    axes.plot([0, 0], [-edge, edge], color=_PALE, linewidth=0.6)
+    axes.plot([-edge, edge], [0, 0], color=PALE, linewidth=0.6)
+    axes.plot([0, 0], [-edge, edge], color=PALE, linewidth=0.6)
     axes.text(edge * 1.03, -0.13, "+x", va="center")
     axes.text(-0.16, edge * 1.04, "+y", ha="center")
     axes.set_title(label, fontsize=10)
@@ -114,13 +124,13 @@ def draw_convergence(history: Sequence[tuple[int, float, float]], directory: Pat
     above = losses - losses[-1]
     shown = above > 1e-9  # below it is rounding
     if shown.any():
-        axes.loglog(evaluations[shown], above[shown], drawstyle="steps-post", color=_SERIES[1])
+        axes.loglog(evaluations[shown], above[shown], drawstyle="steps-post", color=SERIES[1])
     else:
         axes.text(0.5, 0.5, "the first program was the best", transform=axes.transAxes, ha="center")
     axes.set_xlabel("programs evaluated")
     axes.set_ylabel("best loss so far, above the final one")
     axes.set_title(f"final loss {losses[-1]:.6g}")
-    axes.grid(visible=True, color=_PALE, linewidth=0.4)
+    axes.grid(visible=True, color=PALE, linewidth=0.4)
     save(figure, directory, "convergence")
 
 
@@ -141,16 +151,16 @@ def draw_landscape(numbers: Array, losses: Array, directory: Path) -> None:
     finite = np.isfinite(losses)
     row, column = np.nonzero(finite)
     label = f"{len(losses)} sequences"
-    axes.semilogy(numbers[column], np.exp(-losses[row, column]), ".", color=_PALE, markersize=4, label=label)
+    axes.semilogy(numbers[column], np.exp(-losses[row, column]), ".", color=PALE, markersize=4, label=label)
     some = finite.any(axis=0)
     best = np.exp(-losses[:, some].min(axis=0))
-    axes.semilogy(numbers[some], best, "o-", color=_SERIES[1], markersize=4, label="the best of them")
+    axes.semilogy(numbers[some], best, "o-", color=SERIES[1], markersize=4, label="the best of them")
     k = int(best.argmax())
-    axes.semilogy(numbers[some][k], best[k], "o", color=_SERIES[0], markersize=8, label="chosen")
+    axes.semilogy(numbers[some][k], best[k], "o", color=SERIES[0], markersize=8, label="chosen")
     axes.set_xlabel("positions N")
     axes.set_ylabel("1 / criterion, per measurement")
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))
-    axes.grid(visible=True, color=_PALE, linewidth=0.4)
+    axes.grid(visible=True, color=PALE, linewidth=0.4)
     axes.legend(frameon=False)
     save(figure, directory, "landscape")
 
@@ -168,12 +178,12 @@ def draw_entries(programs: Mapping[str, Array], directory: Path, name: str = "en
         From a label to regressors, arrays of any shape.
     """
     figure, (axes,) = new_figure(6.0, 3.8)
-    for (label, regressors), color in zip(programs.items(), _SERIES, strict=False):
+    for (label, regressors), color in zip(programs.items(), SERIES, strict=False):
         entries = np.sort(_dependent(regressors).ravel())
         axes.plot((np.arange(len(entries)) + 0.5) / len(entries), entries, ".", color=color, markersize=4, label=label)
     axes.set_xlabel("share of the entries of H")
     axes.set_ylabel("entry")
-    axes.grid(visible=True, color=_PALE, linewidth=0.4)
+    axes.grid(visible=True, color=PALE, linewidth=0.4)
     axes.legend(frameon=False)
     save(figure, directory, name)
 

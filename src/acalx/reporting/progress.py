@@ -31,11 +31,13 @@ class Progress:
         if seconds < _QUIET_SECONDS or (self.shown and seconds - self.shown < (0.3 if terminal else 10.0)):
             return
         self.shown = seconds
-        best = "none yet" if account.best is None else f"{account.best.loss:.6f}"
+        found = f"best loss {'none yet' if account.best is None else f'{account.best.loss:.6f}'}"
+        if account.front is not None:
+            found = f"{len(account.front[1])} points on the front"
         left = ""
         if account.fraction > 0:
             left = f", at most {_duration(seconds * (1 - account.fraction) / account.fraction)} left"
-        text = f"{_duration(seconds)}: best loss {best}, {account.evaluations} evaluations{left}"
+        text = f"{_duration(seconds)}: {found}, {account.evaluations} evaluations{left}"
         if terminal:
             self.stream.write("\r" + text.ljust(self.width))
             self.width = len(text)

@@ -1,0 +1,68 @@
+"""Objectives from the names of criteria on the command line, their own YAMLs included."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import hydra
+from hydra.core.global_hydra import GlobalHydra
+from omegaconf import DictConfig, ListConfig, OmegaConf
+
+from acalx.criteria import Criterion, Objectives
+from acalx.errors import ArgumentError
+from acalx.explain import suggestion
+from acalx.launch import build
+
+__all__ = ["build_objectives", "compose_objectives"]
+
+_GROUP = "criterion"
+
+
+def compose_objectives(config: DictConfig, overrides: Sequence[str]) -> DictConfig:
+    """The configuration with each objective's own in the place of its name, and no criterion.
+
+    Parameters
+    ----------
+    config : DictConfig
+        Its ``objectives`` are names of options of the criterion group, or, as a recorded run
+        has them, a mapping from such names to what they stood for.
+    overrides : sequence of str
+        The command line.
+
+    Raises
+    ------
+    ArgumentError
+        A name that there is not, or that is there twice; a criterion beside the objectives.
+    """
+    given = config.objectives
+    beside = [argument for argument in overrides if argument.lstrip("+~").startswith((f"{_GROUP}=", f"{_GROUP}."))]
+    if beside:
+        raise ArgumentError(
+            f"{beside[0]} beside objectives: with several objectives the criterion plays no part; give one of them"
+        )
+    if isinstance(given, DictConfig):
+        chosen = OmegaConf.to_container(given, resolve=True)
+    else:
+        names = list(given) if isinstance(given, ListConfig) else [given]
+        for k, name in enumerate(names):
+            if name in names[:k]:
+                raise ArgumentError(f"objectives=[{','.join(map(str, names))}]: {name} is there twice; once is right")
+        chosen = {str(name): _compose(str(name)) for name in names}
+    whole = OmegaConf.to_container(config, resolve=True)
+    assert isinstance(whole, dict)
+    return OmegaConf.create({**whole, "objectives": chosen, _GROUP: None})
+
+
+def build_objectives(config: DictConfig) -> Objectives:
+    """The objectives of a configuration that `compose_objectives` gave."""
+    names = [str(name) for name in config.objectives]
+    return Objectives([build(config.objectives, name, Criterion) for name in names], names)
+
+
+def _compose(name: str) -> Any:
+    """What an option of the criterion group stands for, on Hydra's search path."""
+    known = GlobalHydra.instance().config_loader().get_group_options(_GROUP)
+    if name not in known:
+        raise ArgumentError(f"objectives: there is no criterion {name}{suggestion(name, known)}")
+    return OmegaConf.to_container(hydra.compose(f"{_GROUP}/{name}")[_GROUP], resolve=True)

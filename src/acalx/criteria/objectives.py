@@ -1,0 +1,95 @@
+"""Several criteria at once, none of them exchanged for another."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import NoReturn, final
+
+from acalx.arrays import Array
+from acalx.criteria.base import Criterion
+from acalx.errors import ArgumentError, CompatibilityError
+from acalx.information import Information, Parameter
+
+__all__ = ["Objectives"]
+
+
+@final
+@dataclass(frozen=True)
+class Objectives(Criterion):
+    """Several criteria that stay apart: what is sought is the front of their best compromises.
+
+    A product fixes beforehand what a gain in one criterion is worth in another. Objectives
+    leave that open: the answer is all the programs of which none is worse than another in
+    every criterion. There is no single loss; optimizers that need one refuse it.
+
+    Parameters
+    ----------
+    criteria : sequence of Criterion
+        Two or more, all different.
+    names : sequence of str, optional
+        What to call them in tables and files; their labels where none are given.
+
+    Raises
+    ------
+    ArgumentError
+        Fewer than two criteria, one that is there twice, names that don't match.
+    """
+
+    criteria: Sequence[Criterion]
+    names: Sequence[str] | None = None
+
+    def __post_init__(self) -> None:
+        criteria = tuple(self.criteria) if isinstance(self.criteria, Iterable) else ()
+        if not all(isinstance(criterion, Criterion) and len(criterion.objectives) == 1 for criterion in criteria):
+            raise ArgumentError(f"criteria={self.criteria}: objectives are a list of criteria, such as D() and A()")
+        names = tuple(criterion.label for criterion in criteria) if self.names is None else tuple(self.names)
+        if len(names) != len(criteria):
+            raise ArgumentError(f"names={list(names)}: {len(criteria)} objectives take as many names")
+        if len(criteria) < 2:
+            raise ArgumentError(
+                f"objectives=[{','.join(names)}]: give two or more, as in objectives=[d,a]; for one use criterion=NAME"
+            )
+        for k, (name, criterion) in enumerate(zip(names, criteria, strict=True)):
+            if name in names[:k] or criterion in criteria[:k]:
+                other = names[criteria.index(criterion)] if name not in names[:k] else name
+                raise ArgumentError(f"objectives: {name} is there twice, the other time as {other}; once is right")
+        object.__setattr__(self, "criteria", criteria)
+        object.__setattr__(self, "names", names)
+
+    @property
+    def objectives(self) -> tuple[Criterion, ...]:
+        """The criteria."""
+        return tuple(self.criteria)
+
+    @property
+    def objective_names(self) -> tuple[str, ...]:
+        """Their names."""
+        return tuple(self.names or ())
+
+    @property
+    def label(self) -> str:
+        """All the names."""
+        return ", ".join(self.objective_names)
+
+    def check(self, parameters: tuple[Parameter, ...]) -> None:
+        """Each criterion's own check."""
+        for criterion in self.criteria:
+            criterion.check(parameters)
+
+    def loss(self, information: Information) -> NoReturn:
+        """Refused: several objectives have no single loss."""
+        self._refuse()
+
+    def gradient(self, information: Information) -> Array:
+        """Refused, as the loss."""
+        self._refuse()
+
+    def terms(self) -> NoReturn:
+        """Refused, as the loss."""
+        self._refuse()
+
+    def _refuse(self) -> NoReturn:
+        raise CompatibilityError(
+            f"the objectives {self.label} have no single loss; take one criterion alone, or multiply them to a product"
+        )
