@@ -35,7 +35,7 @@ STEPPED: list[Stand] = [
 ]
 STANDS = CONTINUOUS + STEPPED
 
-MODELS: list[Model] = [ScalarAccel()]
+MODELS: list[Model] = [ScalarAccel(), ScalarAccel(groups=("bias", "scale"))]
 
 OPTIMIZERS: list[Optimizer] = [Gradient(), DifferentialEvolution()]
 

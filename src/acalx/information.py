@@ -185,6 +185,14 @@ class Information:
         root = np.where(singular, 0.0, self._root)
         return np.where(singular, np.inf, root.swapaxes(-1, -2) @ root)
 
+    def solve(self, vectors: Array) -> Array:
+        """K v for vectors (..., p), which may have more leading axes than M; nan where M is singular."""
+        root = self._unchecked_root
+        with np.errstate(invalid="ignore"):  # inf times zero, where M is singular
+            inner = np.einsum("...ij,...j->...i", root, vectors)
+            solution = np.einsum("...ji,...j->...i", root, inner)
+        return np.where(self.singular[..., None], np.nan, solution) if self.singular.any() else np.asarray(solution)
+
     @cached_property
     def eigenvalues(self) -> Array:
         """Eigenvalues of M, ascending, shape (..., p)."""
