@@ -59,7 +59,7 @@ class CsvFile:
             raise self.error(f"{self.path}: is a directory; give a file, such as {self.path / self.example[0]}")
         if not stat.S_ISREG(status.st_mode):
             raise self.error(f"{self.path}: is not an ordinary file; give a CSV file")
-        return status.st_size
+        return int(status.st_size)
 
     def rows(self) -> Iterator[tuple[int, list[str]]]:
         """Rows that hold something, header first, each with its number in the file."""
@@ -75,6 +75,10 @@ class CsvFile:
             if name and name in header[:k]:
                 raise self.error(f"{self.path}, row {row}: column {name!r} is there twice; once is right")
         return header
+
+    def delimiter(self) -> str:
+        """The mark between fields."""
+        return self._split_at()[1]
 
     def numbers(self, row: int, fields: list[str], header: list[str], indices: Iterable[int]) -> list[float]:
         """Some fields of a row as numbers."""

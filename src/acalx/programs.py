@@ -5,7 +5,6 @@ from __future__ import annotations
 import difflib
 import itertools
 import os
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol, final

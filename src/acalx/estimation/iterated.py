@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import final
 
 from acalx.arrays import Array
@@ -33,8 +33,8 @@ class Iterated(Estimator):
         Most steps.
     """
 
-    residual: Residual = Magnitude()
-    loss: Loss = Squares()
+    residual: Residual = field(default_factory=Magnitude)
+    loss: Loss = field(default_factory=Squares)
     tolerance: float = 1e-10
     iterations: int = 200
 

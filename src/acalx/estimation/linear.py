@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import final
 
 import numpy as np
@@ -37,8 +37,8 @@ class Linear(Estimator):
     Source: Egorov, Kiryachenko, Popov (2021).
     """
 
-    residual: Residual = Magnitude()
-    loss: Loss = Squares()
+    residual: Residual = field(default_factory=Magnitude)
+    loss: Loss = field(default_factory=Squares)
     tolerance: float = 1e-10
     iterations: int = 200
 
