@@ -59,9 +59,7 @@ def run(config: DictConfig, directory: RunDirectory) -> int:
     """Read, estimate, record, show; or correct other readings."""
     started = time.perf_counter()
     if OmegaConf.is_missing(config, "data"):
-        raise ArgumentError(
-            "which measurements? Give data=FILE.csv, with a static position a row in columns ax, ay, az"
-        )
+        raise ArgumentError("which measurements? Give data=FILE.csv with columns ax, ay, az, a static position a row")
     directory.remember(data=str(config.data), inestimable=[])
     if config.apply is not None:
         return _apply(config, directory, started)

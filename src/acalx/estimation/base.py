@@ -59,7 +59,7 @@ class Estimate:
     @property
     def freedom(self) -> int:
         """Degrees of freedom of the residuals, n - p."""
-        return self.residual.shape[-1] - self.parameters.shape[-1]
+        return int(self.residual.shape[-1] - self.parameters.shape[-1])
 
     @cached_property
     def information(self) -> Information:

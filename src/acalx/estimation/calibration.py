@@ -46,7 +46,9 @@ class Calibration:
         """The matrix and the offset that make readings right."""
         bias, matrix = self.estimate.model.split(self.estimate.parameters)
         per_g = self.per_g
-        return Correction(np.linalg.inv(matrix) / per_g, self.unit.offset + per_g * bias, self.unit.name)
+        return Correction(
+            np.asarray(np.linalg.inv(matrix) / per_g, dtype=float), self.unit.offset + per_g * bias, self.unit.name
+        )
 
     @property
     def per_g(self) -> float:
@@ -79,7 +81,7 @@ class Calibration:
         """How much of its own residual each position fits away, (n,): 1 is all of it, the sum is p."""
         rows, noise = self.estimate.rows, self.estimate.noise
         rows = rows if noise is None else rows / noise[:, None]
-        return np.einsum("np,pq,nq->n", rows, self.estimate.information.covariance, rows)
+        return np.asarray(np.einsum("np,pq,nq->n", rows, self.estimate.information.covariance, rows))
 
     @cached_property
     def studentized(self) -> Array:

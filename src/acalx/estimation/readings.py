@@ -81,8 +81,11 @@ class Readings:
     def select(self, positions: Sequence[int] | np.ndarray) -> Readings:
         """Some of the positions, by index."""
         chosen = np.asarray(positions)
-        parts = [None if a is None else a[chosen] for a in (self.deviations, self.counts, self.directions)]
-        return Readings(self.name, self.means[chosen], *parts, labels=tuple(self.labels[k] for k in chosen))
+        deviations, counts, directions = (
+            None if array is None else array[chosen] for array in (self.deviations, self.counts, self.directions)
+        )
+        labels = tuple(self.labels[k] for k in chosen)
+        return Readings(self.name, self.means[chosen], deviations, counts, directions, labels)
 
 
 def read_readings(
@@ -159,7 +162,7 @@ def find_columns(file: CsvFile, header: list[str], names: Sequence[str]) -> list
         if name not in header:
             raise DataError(
                 f"{file.path}: no column {name!r}{did_you_mean(closest(name, header))}; there are "
-                f"{', '.join(header)[:300]}. Means are read from ax, ay, az unless columns=[NAME,NAME,NAME] says otherwise"
+                f"{', '.join(header)[:300]}; columns=[NAME,NAME,NAME] says which are read instead of ax, ay, az"
             )
     return [header.index(name) for name in names]
 

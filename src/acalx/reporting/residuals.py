@@ -41,6 +41,7 @@ def draw_residuals(residual: Array, studentized: Array, noise: float, outlying: 
     left.axhline(0.0, color="0.3", linewidth=0.8)
     far = np.array(outlying, dtype=int)
     left.plot(far, milli[far - 1], "o", markersize=11, fillstyle="none", color=_RED)
+    left.locator_params(axis="x", integer=True)
     left.set_xlabel("position")
     left.set_ylabel("residual, mg")
     left.set_title("what the calibration leaves; shaded: two standard deviations", fontsize=10)
