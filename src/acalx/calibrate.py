@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -29,6 +28,7 @@ from acalx.estimation import (
 from acalx.estimation.readings import data_file, find_columns
 from acalx.launch import FAILED, Entry, build, launch
 from acalx.models import ScalarAccel
+from acalx.options import names_of, where_of
 from acalx.recording import RunDirectory
 from acalx.reporting.tables import align
 from acalx.stands import Stand
@@ -98,24 +98,6 @@ def read(config: DictConfig) -> Readings:
         found: StaticIntervals = build(config, "static", StaticIntervals)
         return found.readings(str(config.data), columns)
     return read_readings(str(config.data), columns, where_of(config), build(config, "stand", Stand))
-
-
-def names_of(config: DictConfig, key: str, length: int | None = None) -> list[str]:
-    """Names of columns that the configuration lists."""
-    given = OmegaConf.to_container(config, resolve=True)[key]  # type: ignore[index,call-overload]
-    if not isinstance(given, Sequence) or isinstance(given, str) or length not in (None, len(given)):
-        raise ArgumentError(f"{key}={given}: give {length or 'some'} names of columns, as in {key}=[ax,ay,az]")
-    return [str(name) for name in given]
-
-
-def where_of(config: DictConfig) -> dict[str, Any]:
-    """Values that columns must have."""
-    where = config.where
-    if where is None:
-        return {}
-    if not isinstance(where, Mapping):
-        raise ArgumentError(f"where={where}: give columns and their values, as in 'where={{imu: 3}}'")
-    return {str(name): value for name, value in where.items()}
 
 
 def _record(calibration: Calibration, config: DictConfig, directory: RunDirectory) -> None:

@@ -12,7 +12,6 @@ import numpy as np
 from omegaconf import DictConfig, OmegaConf
 
 from acalx.arrays import Array
-from acalx.calibrate import names_of, where_of
 from acalx.criteria import Criterion
 from acalx.errors import ArgumentError, DataError
 from acalx.estimation import Estimator, Readings, SingularError, Unit, calibrate, read_groups
@@ -27,6 +26,7 @@ from acalx.estimation.validation import (
 )
 from acalx.launch import FAILED, Entry, build, launch
 from acalx.models import ScalarAccel
+from acalx.options import names_of, where_of
 from acalx.programs import find_program, published
 from acalx.recording import RunDirectory
 from acalx.reporting.tables import align

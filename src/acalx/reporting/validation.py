@@ -25,26 +25,27 @@ def draw_validation(before: Array, after: Array, programs: Sequence[tuple[str, f
     programs : sequence of (name, efficiency, rms in g)
     directory : Path
     """
-    figure, (left, right) = new_figure(10.4, 4.4, columns=2)
+    figure, (left, right) = new_figure(11.0, max(4.2, 0.24 * len(programs) + 1.0), columns=2)
     for residual, label, color in ((before, "not calibrated", _COLORS[0]), (after, "calibrated", _COLORS[2])):
         size = np.sort(1e3 * np.abs(residual[np.isfinite(residual)]))
-        size = np.maximum(size, 1e-6)
-        left.semilogx(size, (np.arange(len(size)) + 0.5) / max(1, len(size)), color=color, label=label)
-    left.set_xlabel("residual of a position left out, mg")
+        left.semilogx(
+            np.maximum(size, 1e-3), (np.arange(len(size)) + 0.5) / max(1, len(size)), color=color, label=label
+        )
+    left.set_xlabel("residual of a position that was left out, mg")
     left.set_ylabel("share of the positions")
     left.legend(frameon=False)
     shown = [row for row in programs if np.isfinite(row[2]) and row[1] > 0]
-    for name, share, rms in shown:
+    for k, (name, _, rms) in enumerate(shown):
         kind = 0 if name.startswith("random") else 1 if name.startswith("best") else 2
-        right.plot(share, 1e3 * rms, "so^"[kind], color=_COLORS[kind], markersize=6)
-        right.annotate(name, (share, 1e3 * rms), xytext=(5, 3), textcoords="offset points", fontsize=7)
+        right.plot(1e3 * rms, k, "so^"[kind], color=_COLORS[kind], markersize=6)
     if shown:
-        right.set_yscale("log")
-        right.margins(x=0.25)
+        right.set_yticks(range(len(shown)), [f"{name}  ({share:.2f})" for name, share, _ in shown], fontsize=8)
+        right.invert_yaxis()
+        right.set_xlim(left=0.0)
+        right.set_title("programs on the measured positions (D-efficiency)", fontsize=10)
     else:
         right.text(0.5, 0.5, "no program leaves positions to test on", transform=right.transAxes, ha="center")
-    right.set_xlabel("D-efficiency of the positions that were used")
-    right.set_ylabel("root mean square on the others, mg")
+    right.set_xlabel("root mean square on the other positions, mg")
     for axes in (left, right):
-        axes.grid(visible=True, color=_PALE, linewidth=0.4, which="both")
+        axes.grid(visible=True, color=_PALE, linewidth=0.4)
     save(figure, directory, "validation")
