@@ -193,5 +193,6 @@ def did_you_mean(close: Collection[str]) -> str:
 
 
 def closest(name: str, known: Iterable[str]) -> list[str]:
-    """The name closest to a given one, if there is any."""
-    return difflib.get_close_matches(name.lower(), list(known), n=1)
+    """The name closest to a given one, whatever the case, if there is any."""
+    folded = {other.lower(): other for other in known}
+    return [folded[match] for match in difflib.get_close_matches(name.lower(), folded, n=1)]
