@@ -239,9 +239,16 @@ def test_leverage_and_studentized_residuals_against_leaving_positions_out() -> N
         assert calibration.studentized[k] == pytest.approx(error / spread, rel=1e-6)
 
 
+@pytest.mark.parametrize("noise", [None, 1e-5])
+def test_positions_are_called_outlying_by_mistake_as_rarely_as_the_confidence_says(noise: float | None) -> None:
+    _, measurement = sensors(0.01, 300, noise=1e-5)
+    flagged = [bool(calibrate(readings(one), MODEL, Iterated(), Unit(), noise).outlying) for one in measurement]
+    assert 0.01 < np.mean(flagged) < 0.09
+
+
 @pytest.mark.parametrize("noise", [None, 1e-5, "columns"])
 def test_an_outlying_position_is_flagged_by_its_number(noise: float | str | None) -> None:
-    measurement = sensors(0.01, 2, noise=1e-5)[1][1:]
+    measurement = sensors(0.01, 4, noise=1e-5)[1][3:]
     spread = {"deviations": np.full((18, 3), 1e-4), "counts": np.full(18, 100.0)}
     good = calibrate(readings(measurement[0], **spread), MODEL, Iterated(), Unit(), noise)
     assert good.outlying == []

@@ -107,8 +107,20 @@ class StaticIntervals:
         return intervals
 
     def readings(self, path: str | os.PathLike[str], columns: Sequence[str] = AXES) -> Readings:
-        """The same as readings in static positions."""
+        """The same as readings in static positions.
+
+        Raises
+        ------
+        DataError
+            As `find`, and where there is a single interval.
+        """
         found = self.find(path, columns)
+        if len(found) == 1:
+            scatter = float(np.sqrt((found[0].deviation ** 2).sum()))
+            raise DataError(
+                f"{path}: no static intervals told apart from motion: {found[0].end_s - found[0].start_s:.4g} s in which "
+                f"the samples scatter by {scatter:.4g} throughout; was the sensor never turned, or never still?"
+            )
         return Readings(
             os.fspath(path),
             np.array([interval.mean for interval in found]),
