@@ -117,8 +117,9 @@ class StaticIntervals:
         found = self.find(path, columns)
         if len(found) == 1:
             scatter = float(np.sqrt((found[0].deviation ** 2).sum()))
+            seconds = found[0].end_s - found[0].start_s
             raise DataError(
-                f"{path}: no static intervals told apart from motion: {found[0].end_s - found[0].start_s:.4g} s in which "
+                f"{path}: no static intervals can be told from motion: {seconds:.4g} s in which "
                 f"the samples scatter by {scatter:.4g} throughout; was the sensor never turned, or never still?"
             )
         return Readings(
