@@ -296,6 +296,7 @@ def test_parameters_that_positions_hardly_show_are_named() -> None:
     ("means", "unit", "options", "message"),
     [
         (np.ones((1, 3)), Unit(), {}, "a single position"),
+        (np.eye(3)[[0, 1, 2, 0]] * [[1], [1], [0], [1]], Unit(), {}, "position 3 reads 0, 0, 0"),
         (np.full((12, 3), 0.577), Unit(), {}, "all 12 positions read the same"),
         (9.81 * TABLE_2.specific_force, Unit(), {}, r"mean magnitude is 9.81, but 1 g should read 1 g; .*unit=m_s2"),
         (TABLE_2.specific_force, Unit("m/s^2", 9.81), {}, r"looks like g \(unit=g\)"),

@@ -127,8 +127,8 @@ def recording(data: Data) -> dict[str, str]:
     return {
         "raw": (
             f"{raw.readings.n} static intervals were found, {static.readings.n} were prepared;\n"
-            f"  no parameter differs by more than {change.max():.2f} standard errors, and the residuals have standard deviations of "
-            f"{spread[1]:.3f} and\n  {spread[0]:.3f} mg."
+            f"  no parameter differs by more than {change.max():.2f} standard errors, and the residuals have "
+            f"standard deviations of {spread[1]:.3f} and\n  {spread[0]:.3f} mg."
         ),
         "ferraris": missing,
     }

@@ -11,6 +11,18 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from acalx.criteria import A, Criterion, D, E, Inequality, Product
     from acalx.errors import AcalxError
+    from acalx.estimation import (
+        Calibration,
+        Correction,
+        Estimator,
+        Iterated,
+        Linear,
+        Readings,
+        StaticIntervals,
+        Unit,
+        read_correction,
+        read_readings,
+    )
     from acalx.information import Information, Parameter
     from acalx.metrics import figures_of_merit
     from acalx.models import Model, ScalarAccel
@@ -25,34 +37,56 @@ __version__ = "0.1.0"
 __all__ = [
     "A",
     "AcalxError",
+    "Calibration",
+    "Correction",
     "Criterion",
     "D",
     "DifferentialEvolution",
     "E",
+    "Estimator",
     "Gradient",
     "Inequality",
     "Information",
+    "Iterated",
+    "Linear",
     "Model",
     "Optimizer",
     "Parameter",
     "Problem",
     "Product",
     "Program",
+    "Readings",
     "Result",
     "ScalarAccel",
     "Setting",
     "Stand",
+    "StaticIntervals",
     "Stimulus",
     "TwoAxis",
+    "Unit",
     "figures_of_merit",
     "find_program",
     "published",
+    "read_correction",
     "read_program",
+    "read_readings",
 ]
 
 _HOMES = {
     "acalx.criteria": ("A", "Criterion", "D", "E", "Inequality", "Product"),
     "acalx.errors": ("AcalxError",),
+    "acalx.estimation": (
+        "Calibration",
+        "Correction",
+        "Estimator",
+        "Iterated",
+        "Linear",
+        "Readings",
+        "StaticIntervals",
+        "Unit",
+        "read_correction",
+        "read_readings",
+    ),
     "acalx.information": ("Information", "Parameter"),
     "acalx.metrics": ("figures_of_merit",),
     "acalx.models": ("Model", "ScalarAccel"),

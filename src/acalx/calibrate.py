@@ -78,7 +78,7 @@ def run(config: DictConfig, directory: RunDirectory) -> int:
     remarks = calibration.remarks()
     directory.write_result(
         "ok",
-        "; ".join(remarks) or f"{readings.n} positions fit to {1e3 * calibration.noise:.3g} mg",
+        "; ".join(remarks) or _fit(calibration),
         residual_rms_g=calibration.entries()["residual_rms_g"],
         noise_g=calibration.noise,
         outlying=calibration.outlying,
@@ -145,21 +145,28 @@ def _show(calibration: Calibration, directory: RunDirectory) -> None:
         strict=True,
     ):
         interval = f"{value - half:+.6f} to {value + half:+.6f}" if np.isfinite(half) else "-"
-        rows.append([parameter.name, parameter.unit, f"{value:+.6f}", f"{error:.6f}", interval])
+        shown = f"{error:.6f}" if np.isfinite(error) else "-"
+        rows.append([parameter.name, parameter.unit, f"{value:+.6f}", shown, interval])
     print(f"{align(rows)}\n")
     print(f"specific force in g = matrix (reading - offset), readings in {correction.unit}")
     cells = [[f"{value:+.9g}" for value in row] for row in correction.matrix]
     matrix = [["matrix", "", "", "offset"], *([*c, f"{o:+.7g}"] for c, o in zip(cells, correction.offset, strict=True))]
     print(f"{align(matrix)}\n")
-    print(f"{calibration.readings.n} positions, noise {1e3 * calibration.noise:.4g} mg", end="")
-    test = calibration.chi_square
-    if test is not None:
-        print(f" (known); chi-square {test['value']:.4g} for {test['freedom']}, probability {test['probability']:.3g}")
-    else:
-        print(" (known)" if estimate.noise is not None else f" (estimated, {estimate.freedom} degrees of freedom)")
+    print(_fit(calibration))
     for remark in calibration.remarks():
         print(remark)
     print(f"written to {directory.path}")
+
+
+def _fit(calibration: Calibration) -> str:
+    """One line on the noise and the test of fit."""
+    freedom, test = calibration.estimate.freedom, calibration.chi_square
+    text = f"{calibration.readings.n} positions, noise {1e3 * calibration.noise:.4g} mg"
+    if test is not None:
+        return f"{text} (known); chi-square {test['value']:.4g} for {freedom}, probability {test['probability']:.3g}"
+    if calibration.estimate.noise is not None:
+        return f"{text} (known)"
+    return f"{text} (estimated, {freedom} degrees of freedom)" if freedom else f"{calibration.readings.n} positions"
 
 
 def _apply(config: DictConfig, directory: RunDirectory, started: float) -> int:

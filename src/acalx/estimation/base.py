@@ -174,16 +174,17 @@ class Estimator(ABC):
         parts: list[tuple[Array, ...]] = []
         iterations = 0
         size = max(1, _CHUNK_BYTES // (n * p * 8))
-        for begin in range(0, len(flat), size):
-            part = slice(begin, begin + size)
-            piece = flat[part] if len(flat) == 1 else np.asfortranarray(flat[part])
-            vertical = verticals(part)
-            known = None if vertical is None else Stimulus(specific_force=vertical)
-            linearize = self.linearization(model, piece, known)
-            x, converged, count = _descend(linearize, starts[part], self, noises(part), model)
-            left, rows = linearize(x)
-            parts.append((x, left, np.broadcast_to(rows, (*left.shape, p)), converged))
-            iterations = max(iterations, count)
+        with np.errstate(all="ignore"):  # a member that can't be estimated may go anywhere; `converged` tells
+            for begin in range(0, len(flat), size):
+                part = slice(begin, begin + size)
+                piece = flat[part] if len(flat) == 1 else np.asfortranarray(flat[part])
+                vertical = verticals(part)
+                known = None if vertical is None else Stimulus(specific_force=vertical)
+                linearize = self.linearization(model, piece, known)
+                x, converged, count = _descend(linearize, starts[part], self, noises(part), model)
+                left, rows = linearize(x)
+                parts.append((x, left, np.broadcast_to(rows, (*left.shape, p)), converged))
+                iterations = max(iterations, count)
         x, left, rows, converged = (np.concatenate(arrays) for arrays in zip(*parts, strict=True))
         shape = tuple(stack)
         return Estimate(

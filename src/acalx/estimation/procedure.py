@@ -146,6 +146,9 @@ def _relative_to(parameters: Array, model: ScalarAccel, mean: float) -> Array:
 def _check_positions(readings: Readings) -> None:
     if readings.n == 1:
         raise DataError(f"{readings.name}: a single position; a calibration needs several, turned differently")
+    nothing = np.flatnonzero((readings.means == 0.0).all(axis=1))
+    if len(nothing):
+        raise DataError(f"{readings.name}: position {nothing[0] + 1} reads 0, 0, 0; is it missing?")
     spread = np.ptp(readings.means, axis=0).max()
     if spread <= 1e-3 * np.abs(readings.means).max():
         raise DataError(f"{readings.name}: all {readings.n} positions read the same; turn the sensor between them")
@@ -159,10 +162,12 @@ def _question_magnitude(readings: Readings, unit: Unit) -> None:
     mean = float(lengths.mean())
     if 0.7 < mean / per_g < 1.4:
         return
-    guess = "m/s^2 (unit=m_s2)" if 7.0 < mean < 13.0 else "g (unit=g)" if 0.7 < mean < 1.4 else "counts (unit=counts)"
+    guess = (
+        "m/s^2 (unit=m_s2)" if 7.0 < mean < 13.0 else "g (unit=g)" if 0.7 < mean < 1.4 else f"counts, {mean:.4g} a g"
+    )
     raise DataError(
         f"{readings.name}: the mean magnitude is {mean:.5g}, but 1 g should read {per_g:.6g} {unit.name}; "
-        f"is the unit right? This looks like {guess}. Nothing is scaled silently: give the unit, "
+        f"is the unit right? This looks like {guess}. Nothing is scaled silently: give the right unit, "
         "or unit=counts unit.per_g=null to have the scale found"
     )
 

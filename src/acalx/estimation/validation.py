@@ -134,10 +134,10 @@ def _tested(
     """Readings (s, k, 3) and (s, t, 3) to residuals (s, t)."""
     start, per_g = starting_point(train - unit.offset, model, unit.per_g)
     per_g = per_g[..., None, None]
-    with np.errstate(all="ignore"):  # a split that can't show the parameters may go anywhere
-        estimate = estimator.estimate(model, (train - unit.offset) / per_g, train_vertical, start=start)
-        measured = (test - unit.offset) / per_g
-        before = model.residual_magnitude(measured)
+    estimate = estimator.estimate(model, (train - unit.offset) / per_g, train_vertical, start=start)
+    measured = (test - unit.offset) / per_g
+    before = model.residual_magnitude(measured)
+    with np.errstate(all="ignore"):  # where the training positions could not show the parameters
         after, _ = estimator.linearization(model, measured, test_vertical)(estimate.parameters)
     return Validation(before, np.where(estimate.converged[..., None], after, np.nan))
 
