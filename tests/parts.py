@@ -7,7 +7,7 @@ import numpy as np
 from acalx.arrays import Array
 from acalx.criteria import A, Criterion, D, E, Inequality, Product
 from acalx.models import Model, ScalarAccel
-from acalx.optimizers import DifferentialEvolution, Gradient, Optimizer
+from acalx.optimizers import DifferentialEvolution, Exchange, Gradient, Optimizer
 from acalx.problem import Problem
 from acalx.stands import Stand, TwoAxis
 
@@ -37,7 +37,7 @@ STANDS = CONTINUOUS + STEPPED
 
 MODELS: list[Model] = [ScalarAccel(), ScalarAccel(groups=("bias", "scale"))]
 
-OPTIMIZERS: list[Optimizer] = [Gradient(), DifferentialEvolution()]
+OPTIMIZERS: list[Optimizer] = [Gradient(), DifferentialEvolution(), Exchange()]
 
 
 def problem(criterion: Criterion | None = None, n: int = 9, stand: Stand = FULL) -> Problem:

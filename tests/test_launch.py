@@ -181,7 +181,7 @@ REFUSED: list[tuple[tuple[str, ...], tuple[str, ...]]] = [
     (("stand.step_deg=-15",), ("step_deg=-15", "positive")),
     (("stand.step_deg=nan",), ("step_deg=nan", "number of degrees")),
     (("stand.alpha2_deg=[1,14]", "stand.step_deg=15"), ("alpha2_deg=[1, 14]", "no multiple of the step of 15")),
-    (("optimizer=gradient", "stand.step_deg=15"), ("Gradient", "TwoAxis", "optimizer=de")),
+    (("optimizer=gradient", "stand.step_deg=15"), ("Gradient", "TwoAxis", "optimizer=exchange")),
     (("optimizer=gradient", "stand.alpha1_deg=[0,1e-9]"), ("alpha1_deg=[0,1e-09]", "can estimate all the parameters")),
     (custom("mine.Shape"), ("Shape.loss", "(3,)", "expected")),
     (custom("mine.Shape", "optimizer=gradient"), ("Shape.loss", "(3,)", "expected")),

@@ -26,7 +26,7 @@ from acalx.problem import Problem
 from acalx.stands import Stand, TwoAxis
 from acalx.testing import check_optimizer
 
-GRADIENT, DE = parts.OPTIMIZERS
+GRADIENT, DE, EXCHANGE = parts.OPTIMIZERS
 NAN, INF = math.nan, math.inf
 both = pytest.mark.parametrize("optimizer", [GRADIENT, DE], ids=["gradient", "de"])
 
@@ -193,7 +193,9 @@ def test_steps_are_obeyed_and_worth_it() -> None:
 @pytest.mark.parametrize("stand", parts.STEPPED, ids=repr)
 def test_gradient_refuses_steps_naming_both(stand: Stand) -> None:
     problem = parts.problem(D(), 9, stand)
-    with pytest.raises(CompatibilityError, match=r"optimizer Gradient .* stand TwoAxis stops at steps .* optimizer=de"):
+    with pytest.raises(
+        CompatibilityError, match=r"optimizer Gradient .* stand TwoAxis stops at steps .* optimizer=exchange"
+    ):
         solve(GRADIENT, problem)
 
 

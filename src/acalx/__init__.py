@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from acalx.information import Information, Parameter
     from acalx.metrics import figures_of_merit
     from acalx.models import Model, ScalarAccel
-    from acalx.optimizers import DifferentialEvolution, Gradient, Optimizer, Result
+    from acalx.optimizers import Auto, DifferentialEvolution, Exchange, Gradient, Optimizer, Result
     from acalx.problem import Problem
     from acalx.programs import Program, find_program, published, read_program
     from acalx.stands import Setting, Stand, TwoAxis
@@ -37,6 +37,7 @@ __version__ = "0.1.0"
 __all__ = [
     "A",
     "AcalxError",
+    "Auto",
     "Calibration",
     "Correction",
     "Criterion",
@@ -44,6 +45,7 @@ __all__ = [
     "DifferentialEvolution",
     "E",
     "Estimator",
+    "Exchange",
     "Gradient",
     "Inequality",
     "Information",
@@ -90,7 +92,7 @@ _HOMES = {
     "acalx.information": ("Information", "Parameter"),
     "acalx.metrics": ("figures_of_merit",),
     "acalx.models": ("Model", "ScalarAccel"),
-    "acalx.optimizers": ("DifferentialEvolution", "Gradient", "Optimizer", "Result"),
+    "acalx.optimizers": ("Auto", "DifferentialEvolution", "Exchange", "Gradient", "Optimizer", "Result"),
     "acalx.problem": ("Problem",),
     "acalx.programs": ("Program", "find_program", "published", "read_program"),
     "acalx.stands": ("Setting", "Stand", "TwoAxis"),

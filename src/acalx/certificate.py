@@ -22,8 +22,9 @@ import numpy as np
 
 from acalx.criteria import Ceiling, Criterion
 from acalx.problem import Problem
-from acalx.relaxation import Relaxation, enumerable, relax, sensitivity
-from acalx.supremum import supremum
+from acalx.relaxation import Relaxation, enumerable, looked_at_stops, relax, sensitivity, share_of_fixed
+from acalx.stands import Stand
+from acalx.supremum import Cells, cells_between, cells_of, supremum
 
 __all__ = ["Certificate", "certify"]
 
@@ -31,6 +32,10 @@ __all__ = ["Certificate", "certify"]
 _PROVED = 1e-6
 # How far above the largest sensitivity found the proof starts: the margin that is given away.
 _MARGIN = 1e-7
+# Cells a turn at which branch and bound begins, and half the width in rad below which a zone known
+# as a function is not asked more finely: the certificate says so.
+_FIRST_CELLS = 24
+_FINEST = math.radians(0.02)
 
 
 @dataclass(frozen=True)
@@ -104,7 +109,7 @@ def certify(problem: Problem, loss: float) -> Certificate:
     for weight, criterion in factors:
         degree = criterion.degree(p)
         if degree is not None:
-            found = _bound(Problem(problem.stand, problem.model, criterion, problem.n), degree)
+            found = _bound(problem.with_criterion(criterion), degree)
             scale += weight * degree
         elif isinstance(criterion, Ceiling) and np.isfinite(criterion.log_floor):
             found = _Bound(criterion.log_floor, 0.0, "floor")
@@ -128,7 +133,7 @@ def _bound(problem: Problem, degree: float) -> _Bound:
     relaxation = relax(problem)
     peak, method, proved = _proved_peak(problem, relaxation)
     least = float(problem.criterion.least_loss(relaxation.support, relaxation.information))
-    loss = least - degree * math.log(problem.n * peak)
+    loss = least - degree * math.log((problem.n - problem.held) * peak)
     return _Bound(loss, degree * math.log(peak / min(relaxation.peak, peak)), method, proved)
 
 
@@ -140,10 +145,40 @@ def _proved_peak(problem: Problem, relaxation: Relaxation) -> tuple[float, str, 
     if frequencies is None or degree is None:
         return relaxation.peak, "relaxation, sensitivity not proved between the points where it was computed", False
     degrees = [2 * degree * frequency for frequency in frequencies]
-    lower, upper = problem.stand.bounds.T
+    share = float((relaxation.support * share_of_fixed(problem)).sum())
 
     def values(points: np.ndarray) -> np.ndarray:
-        return sensitivity(problem, relaxation.support, points)[0]
+        return sensitivity(problem, relaxation.support, points)[0] + share
 
-    proof = supremum(values, degrees, lower, upper, relaxation.peak + _MARGIN)
-    return proof.value, f"relaxation, sensitivity as a trigonometric polynomial on {proof.cells} cells", True
+    zones = problem.stand.zones
+
+    def forbidden(cells: Cells) -> np.ndarray:
+        return np.asarray(np.logical_or.reduce([zone.covers(cells.centers, cells.half) for zone in zones]))
+
+    exact = all(zone.exact for zone in zones)
+    proof = supremum(
+        values,
+        degrees,
+        cells_of(_axes(problem.stand)),
+        relaxation.peak + _MARGIN,
+        forbidden if zones else None,
+        0.0 if exact else _FINEST,
+    )
+    method = f"relaxation, sensitivity as a trigonometric polynomial on {proof.cells} cells"
+    return proof.value, method if exact else f"{method}; forbidden_if known only where it was asked", exact
+
+
+def _axes(stand: Stand) -> list[tuple[np.ndarray, np.ndarray]]:
+    """First cells in each angle: its stops, or intervals that end at boxes, so that no cell is partly in one."""
+    axes = []
+    for axis, (setting, stops) in enumerate(zip(stand.settings, looked_at_stops(stand), strict=True)):
+        if stops:
+            axes.append((setting.stops(), np.zeros(len(setting.stops()))))
+            continue
+        ends = [angle for zone in stand.zones for angle in zone.edges(axis)]
+        if setting.periodic:
+            ends = [angle + turn for angle in ends for turn in 2.0 * math.pi * np.arange(-3, 4)]
+        inside = [angle for angle in ends if setting.lower < angle < setting.upper]
+        regular = np.linspace(setting.lower, setting.upper, _FIRST_CELLS + 1)
+        axes.append(cells_between(np.unique(np.concatenate([regular, inside]))))
+    return axes

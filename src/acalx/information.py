@@ -198,7 +198,7 @@ class Information:
         """Eigenvalues of M, ascending, shape (..., p)."""
         return np.asarray(np.linalg.eigvalsh(self.matrix), dtype=float)
 
-    @property
+    @cached_property
     def variances(self) -> Array:
         """Variances of the parameters, shape (..., p)."""
         return self.covariance.diagonal(axis1=-2, axis2=-1)

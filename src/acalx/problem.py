@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import traceback
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
 from acalx.arrays import Array
 from acalx.criteria import Criterion
-from acalx.errors import AcalxError, ArgumentError, PluginError
+from acalx.errors import AcalxError, ArgumentError, CompatibilityError, PluginError
 from acalx.information import Information, Parameter
 from acalx.models import Model
 from acalx.stands import Stand
@@ -23,6 +24,13 @@ __all__ = ["Linearization", "Problem"]
 # each call, which would take as long as the arithmetic; and a bound on memory.
 _CHUNK_BYTES = 2**18
 _MEMORY_LIMIT_BYTES = 4 * 2**30
+# So many times positions of a random program are drawn anew until all of them differ.
+_MOST_DRAWS = 200
+_BISECTIONS = 12
+# Positions whose stimuli differ by less, in its unit, are replicates of each other: rounding on a
+# stand with steps, and elsewhere one degree, since any two can be apart by next to nothing.
+_SAME_STOP = 1e-6
+_SAME_PLACE = 2.0 * np.sin(np.radians(0.5))
 
 
 @dataclass(frozen=True)
@@ -36,24 +44,58 @@ class Problem:
     criterion : Criterion
     n : int
         Number of positions.
+    fixed : array (f, d), in rad, optional
+        Positions that must be in the program, measured already perhaps; the stand's limits do
+        not bind them. They come first in every program.
+    replicates : bool
+        Whether positions may occur more than once. Otherwise any two differ: by one stop, or where
+        the stand has no steps by one degree in what the sensor feels.
 
     Raises
     ------
     ArgumentError
-        An n that is not a whole number, too small for the model or too large for memory.
+        An n that is not a whole number, too small for the model or for the fixed positions, or
+        too large for memory.
     CompatibilityError
-        A model that needs what the stand does not provide.
+        A model that needs what the stand does not provide; fewer stops than positions without
+        replicates.
     """
 
     stand: Stand
     model: Model
     criterion: Criterion
     n: int
+    fixed: Array | None = field(default=None, compare=False)
+    replicates: bool = True
 
     def __post_init__(self) -> None:
         _check_n(self.n, self.model)
+        if not isinstance(self.replicates, bool):
+            raise ArgumentError(f"replicates={self.replicates!r}: must be true or false")
+        if self.fixed is not None and len(self.fixed) >= self.n:
+            raise ArgumentError(
+                f"n={self.n} with {len(self.fixed)} fixed positions leaves nothing to choose: "
+                f"n counts them too, so give n={len(self.fixed) + 1} or more"
+            )
         self.criterion.check(self.model.parameters)
         self.model.check(self.stand.stimulus(self.stand.bounds[:, 0][None, :]), self.stand)
+
+    def with_criterion(self, criterion: Criterion) -> Problem:
+        """The same problem for another criterion."""
+        return replace(self, criterion=criterion)
+
+    @property
+    def held(self) -> int:
+        """Number f of positions that are fixed, the first ones of every program."""
+        return 0 if self.fixed is None else len(self.fixed)
+
+    @cached_property
+    def base(self) -> Array:
+        """Information matrix (p, p) of the fixed positions; zero without any."""
+        p = len(self.parameters)
+        if self.fixed is None:
+            return np.zeros((p, p))
+        return self.information(self.fixed).matrix
 
     @property
     def d(self) -> int:
@@ -65,28 +107,122 @@ class Problem:
         """The model's parameters."""
         return self.model.parameters
 
-    @property
-    def limits(self) -> tuple[Array, Array]:
-        """Bounds of all the angles of a program, (n d,) each, infinite where a full turn is open."""
-        lower, upper = self.stand.free_bounds.T
-        return np.tile(lower, self.n), np.tile(upper, self.n)
+    def limits_around(self, settings: Array, hold: Sequence[bool] | None = None) -> tuple[Array, Array]:
+        """Limits (..., n d) of all the angles around programs (..., n, d), infinite where there are none.
+
+        Fixed positions are held where they are, and so are angles with steps, or those that
+        `hold` says.
+        """
+        lower, upper = self.stand.limits_around(settings, hold)
+        if self.fixed is not None:
+            lower[..., : self.held, :] = upper[..., : self.held, :] = self.fixed
+        shape = (*settings.shape[:-2], -1)
+        return lower.reshape(shape), upper.reshape(shape)
 
     def random(self, rng: np.random.Generator, count: int) -> Array:
-        """Random programs, (count, n, d) in rad."""
-        return self.stand.random(rng, (count, self.n))
+        """Random programs that are permitted, (count, n, d) in rad.
+
+        Raises
+        ------
+        CompatibilityError
+            Where none is found.
+        """
+        return self.apart(self._random(rng, count), rng)
+
+    def apart(self, programs: Array, rng: np.random.Generator) -> Array:
+        """Programs (s, n, d) with positions that must not repeat others drawn anew; CompatibilityError as `random`."""
+        if self.replicates:
+            return programs
+        programs = programs.copy()
+        for _ in range(_MOST_DRAWS):
+            wrong = ~self.permits(programs)
+            if not wrong.any():
+                return programs
+            # what collides with an earlier position is drawn again, not the whole program
+            again = wrong[:, None] & self._repeated(programs) & (np.arange(self.n) >= self.held)
+            programs[again] = self.stand.random(rng, (int(again.sum()),))
+        raise CompatibilityError(
+            f"no {self.n} different positions were found on stand {type(self.stand).__name__}: "
+            "widen its limits, take fewer positions, or allow replicates=true"
+        )
+
+    def _random(self, rng: np.random.Generator, count: int) -> Array:
+        if self.fixed is None:
+            return self.stand.random(rng, (count, self.n))
+        free = self.stand.random(rng, (count, self.n - self.held))
+        return np.concatenate([np.broadcast_to(self.fixed, (count, *self.fixed.shape)), free], axis=1)
+
+    @property
+    def restricted(self) -> bool:
+        """Whether some programs within the limits of the angles are not permitted."""
+        return bool(self.stand.zones) or not self.replicates
+
+    def permits(self, settings: Array) -> np.ndarray:
+        """Which programs (..., n, d) leave forbidden zones alone and repeat no position that may not be.
+
+        The limits of single angles are not looked at: see `Stand.allows`.
+        """
+        permitted = ~self.stand.forbids(settings[..., self.held :, :]).any(axis=-1)
+        if not self.replicates:
+            permitted &= ~self._repeated(settings)[..., self.held :].any(axis=-1)
+        return np.asarray(permitted)
+
+    def project(self, settings: Array, allowed: Array) -> Array:
+        """Programs (s, n, d) with each position that is not permitted moved back towards those of others.
+
+        Parameters
+        ----------
+        settings : array (s, n, d), in rad
+        allowed : array (s, n, d), in rad
+            Permitted programs.
+        """
+        settings = settings.copy()
+        wrong = self.stand.forbids(settings)
+        wrong[:, : self.held] = False
+        if wrong.any():
+            settings[wrong] = self._up_to_zones(settings[wrong], allowed[wrong])
+        if not self.replicates:
+            near = self.alike(settings, settings)
+            near[:, range(self.n), range(self.n)] = False
+            settings = np.where(np.any(near, axis=-1, keepdims=True), allowed, settings)
+        if self.restricted:
+            settings = np.where(self.permits(settings)[:, None, None], settings, allowed)
+        return settings
+
+    def _up_to_zones(self, settings: Array, allowed: Array) -> Array:
+        """The way (k, d) from allowed settings to others as far as bisection finds it free."""
+        share = np.zeros(len(settings))
+        for k in range(1, _BISECTIONS + 1):
+            trial = share + 0.5**k
+            share = np.where(self.stand.forbids(allowed + trial[:, None] * (settings - allowed)), share, trial)
+        return np.asarray(allowed + share[:, None] * (settings - allowed))
+
+    def _repeated(self, settings: Array) -> np.ndarray:
+        """Which positions (..., n) an earlier one of the same program replicates."""
+        repeated = self.alike(settings, settings)
+        return np.asarray(np.tril(repeated, -1).any(axis=-1))
+
+    def alike(self, settings: Array, others: Array) -> np.ndarray:
+        """Which positions (..., k, d) the sensor feels as it does others (..., l, d): (..., k, l)."""
+        squares = np.zeros((*settings.shape[:-1], others.shape[-2]))
+        pairs = zip(self.stand.stimulus(settings).quantities(), self.stand.stimulus(others).quantities(), strict=True)
+        for (_, felt), (_, other) in pairs:
+            squares += ((felt[..., :, None, :] - other[..., None, :, :]) ** 2).sum(axis=-1)
+        limit = _SAME_STOP if self.stand.stepped else _SAME_PLACE * (1.0 - 1e-9)
+        return np.asarray(squares < limit**2)
 
     def canonical(self, settings: Array) -> Array:
-        """The same program with whole turns taken off and positions sorted by their angles."""
-        wrapped = self.stand.wrap(settings)
+        """The same program with whole turns taken off, the fixed positions first, the others sorted by their angles."""
+        wrapped = self.stand.wrap(settings[self.held :])
         order = np.lexsort(np.round(np.degrees(wrapped), 6).T[::-1])
-        return np.asarray(wrapped[order])
+        return np.concatenate([settings[: self.held], wrapped[order]])
 
     def information(self, settings: Array) -> Information:
         """Information of programs: settings (..., n, d) in rad to matrices (..., p, p)."""
         return self.model.information(self.stand.stimulus(settings))
 
     def loss(self, settings: Array) -> Array:
-        """Loss of programs, +inf where singular: settings (..., n, d) in rad to (...).
+        """Loss of programs, +inf where singular or not permitted: settings (..., n, d) in rad to (...).
 
         Raises
         ------
@@ -104,6 +240,8 @@ class Problem:
             if len(part) > self.n:  # arithmetic runs along the longer axis
                 part = np.asfortranarray(part)
             losses[start : start + size] = self.loss_of(self.information(part))
+        if self.restricted:
+            losses[~self.permits(settings)] = np.inf
         return losses
 
     @property
@@ -116,12 +254,12 @@ class Problem:
         """Loss of given information under the problem's criterion or another, +inf where singular."""
         criterion = criterion or self.criterion
         if not information.singular.any():
-            return self._call(criterion, criterion.loss, information, information.matrix.shape[:-2])
+            return self._call(criterion, criterion.loss, information, information.singular.shape)
         regular = ~information.singular
         losses = np.full(regular.shape, np.inf)
         if regular.any():
             rest = information.select(regular)
-            losses[regular] = self._call(criterion, criterion.loss, rest, rest.matrix.shape[:-2])
+            losses[regular] = self._call(criterion, criterion.loss, rest, rest.singular.shape)
         return losses
 
     def gradient_of(self, information: Information, criterion: Criterion | None = None) -> Array:
@@ -141,17 +279,21 @@ class Problem:
         stimulus = self.stand.stimulus(settings)
         regressors = self.model.regressors(stimulus)
         information = Information.from_regressors(regressors, self.model.parameters)
-        return Linearization(self, settings, stimulus, regressors, information)
+        permitted = self.permits(settings) if self.restricted else None
+        return Linearization(self, settings, stimulus, regressors, information, permitted)
 
     def loss_and_gradient(self, settings: Array) -> tuple[Array, Array]:
         """Loss (...) and its gradient (..., n, d) with respect to the settings in rad."""
         at = self.linearize(settings)
-        return self.loss_of(at.information), at.pull(self.gradient_of(at.information))
+        loss = self.loss_of(at.information)
+        if at.permitted is not None:
+            loss = np.where(at.permitted, loss, np.inf)
+        return loss, at.pull(self.gradient_of(at.information))
 
     def _call(
         self, part: Criterion, method: Callable[[Information], Array], information: Information, shape: tuple[int, ...]
     ) -> Array:
-        name = f"{type(part).__name__}.{method.__name__}"
+        name, p = f"{type(part).__name__}.{method.__name__}", len(information.parameters)
         try:
             given = method(information)
         except AcalxError:
@@ -167,8 +309,8 @@ class Problem:
             raise PluginError(f"{name} returned {given!r}; expected numbers of shape {shape}") from error
         if values.shape != shape:
             raise PluginError(
-                f"{name} returned shape {values.shape} for matrices of shape {information.matrix.shape}; "
-                f"expected {shape}"
+                f"{name} returned shape {values.shape} for matrices of shape "
+                f"{(*information.singular.shape, p, p)}; expected {shape}"
             )
         if np.isnan(values).any():
             raise PluginError(f"{name} returned nan for an information matrix that is not singular")
@@ -177,13 +319,17 @@ class Problem:
 
 @dataclass(frozen=True)
 class Linearization:
-    """Programs with their information, ready to pull a gradient back to the settings."""
+    """Programs with their information, ready to pull a gradient back to the settings.
+
+    `permitted` is None where all programs are.
+    """
 
     problem: Problem
     settings: Array
     stimulus: Stimulus
     regressors: Array
     information: Information
+    permitted: np.ndarray | None = None
 
     def pull(self, gradient: Array) -> Array:
         """From a gradient with respect to the matrix, (..., p, p), to the settings, (..., n, d)."""

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -19,15 +20,18 @@ from acalx.criteria import Criterion
 from acalx.information import Information, Parameter
 from acalx.optimizers.base import Account
 from acalx.optimizers.bfgs import minimize_stack
+from acalx.optimizers.compass import creep
 from acalx.optimizers.descent import descend
 from acalx.problem import Linearization, Problem
+from acalx.stands import Stand
 
-__all__ = ["Relaxation", "enumerable", "relax", "sensitivity"]
+__all__ = ["Relaxation", "enumerable", "looked_at_stops", "relax", "sensitivity", "share_of_fixed"]
 
 _GRID = 41  # points of a turn at which peaks are looked for
 _ROUNDS = 30
 _PATIENCE = 5  # rounds without a much lower peak
-_MOST_STOPS = 50_000  # of a stand with steps; with more its steps are too fine to matter for a bound
+_MOST_STOPS = 50_000  # with more of them, steps are too fine to matter for a bound
+_MOST_LINES = 1_000  # of stops of one setting where another has no steps
 _SAME = 1e-3  # regressors that differ by less belong to the same support point
 
 
@@ -42,11 +46,12 @@ class Relaxation:
     weights : array (k,)
         Share of the measurements at each; their sum is 1.
     information : Information
-        Of one measurement, on average.
+        Of one measurement, on average, with its share of that of fixed positions.
     support : array (p, p)
-        S of the sensitivity h S h'; trace(S M) = 1 at the optimum.
+        S of the sensitivity h S h'; trace(S M) = 1.
     peak : float
-        Largest sensitivity that was found.
+        Largest sensitivity that was found, and the share of fixed positions in trace(S M); 1 at
+        the optimum.
     """
 
     settings: Array
@@ -65,7 +70,6 @@ class _Measure:
     """
 
     problem: Problem
-    points: Array  # (k, d), where they stay if the stand has steps
 
     @property
     def criterion(self) -> Criterion:
@@ -75,14 +79,23 @@ class _Measure:
     def parameters(self) -> tuple[Parameter, ...]:
         return self.problem.parameters
 
+    def limits_around(self, settings: Array) -> tuple[Array, Array]:
+        points = settings[..., :-1]
+        lower, upper = self.problem.stand.limits_around(points, looked_at_stops(self.problem.stand))
+        infinite = np.full((*points.shape[:-1], 1), np.inf)
+        shape = (*points.shape[:-2], -1)
+        return (
+            np.concatenate([lower, -infinite], axis=-1).reshape(shape),
+            np.concatenate([upper, infinite], axis=-1).reshape(shape),
+        )
+
     @property
-    def limits(self) -> tuple[Array, Array]:
-        k, _ = self.points.shape
-        limits = []
-        for bound, infinity in zip(self.problem.stand.free_bounds.T, (-np.inf, np.inf), strict=True):
-            held = self.points if enumerable(self.problem) else np.tile(bound, (k, 1))
-            limits.append(np.column_stack([held, np.full(k, infinity)]).ravel())
-        return limits[0], limits[1]
+    def restricted(self) -> bool:
+        return bool(self.problem.stand.zones)
+
+    def project(self, settings: Array, allowed: Array) -> Array:
+        points = self._anywhere.project(settings[..., :-1], allowed[..., :-1])
+        return np.concatenate([points, settings[..., -1:]], axis=-1)
 
     def loss_of(self, information: Information, criterion: Criterion | None = None) -> Array:
         return self.problem.loss_of(information, criterion)
@@ -91,7 +104,11 @@ class _Measure:
         return self.problem.gradient_of(information, criterion)
 
     def loss(self, settings: Array) -> Array:
-        return self.loss_of(self.information(settings))
+        return self._loss_at(self.linearize(settings))
+
+    def _loss_at(self, at: _MeasureLinearization) -> Array:
+        loss = self.loss_of(at.information)
+        return loss if at.permitted is None else np.where(at.permitted, loss, np.inf)
 
     def information(self, settings: Array) -> Information:
         return self.linearize(settings).information
@@ -99,15 +116,21 @@ class _Measure:
     def linearize(self, settings: Array) -> _MeasureLinearization:
         amplitudes = settings[..., -1]
         size = np.sqrt((amplitudes**2).sum(axis=-1, keepdims=True))
-        plain = self.problem.linearize(settings[..., :-1])
+        plain = self._anywhere.linearize(settings[..., :-1])
         shares = amplitudes / size
         weighted = plain.regressors * shares[..., None, None]
-        information = Information.from_regressors(weighted, self.parameters)
-        return _MeasureLinearization(plain, shares, size, information)
+        moved = Information.from_regressors(weighted, self.parameters)
+        information = Information(moved.matrix + share_of_fixed(self.problem), self.parameters)
+        return _MeasureLinearization(plain, shares, size, information, plain.permitted)
+
+    @cached_property
+    def _anywhere(self) -> Problem:
+        """The problem without what holds for its n positions only."""
+        return replace(self.problem, fixed=None, replicates=True)
 
     def loss_and_gradient(self, settings: Array) -> tuple[Array, Array]:
         at = self.linearize(settings)
-        return self.loss_of(at.information), at.pull(self.gradient_of(at.information))
+        return self._loss_at(at), at.pull(self.gradient_of(at.information))
 
 
 @dataclass(frozen=True)
@@ -116,6 +139,7 @@ class _MeasureLinearization:
     shares: Array
     size: Array
     information: Information
+    permitted: np.ndarray | None
 
     def pull(self, gradient: Array) -> Array:
         weights = self.shares**2
@@ -133,7 +157,7 @@ def relax(problem: Problem, tolerance: float = 1e-7) -> Relaxation:
     Parameters
     ----------
     problem : Problem
-        Its n plays no part.
+        Its n plays a part only where positions are fixed.
     tolerance : float
         The peak of the sensitivity may be so much above 1.
     """
@@ -147,7 +171,7 @@ def relax(problem: Problem, tolerance: float = 1e-7) -> Relaxation:
     for _ in range(_ROUNDS):
         found = _improve(problem, points, weights)
         peaks, heights = _peaks(problem, found.support, np.concatenate([grid, found.settings]))
-        found = replace(found, peak=float(heights.max()))
+        found = replace(found, peak=float(heights.max() + (found.support * share_of_fixed(problem)).sum()))
         if best is None or found.peak < best.peak:
             idle = 0 if best is None or found.peak - 1 < 0.5 * (best.peak - 1) else idle + 1
             best = found
@@ -155,7 +179,7 @@ def relax(problem: Problem, tolerance: float = 1e-7) -> Relaxation:
             idle += 1
         if best.peak <= 1.0 + tolerance or idle == _PATIENCE:
             break
-        high = heights > 1.0 + 0.01 * (found.peak - 1.0)
+        high = heights > heights.max() - 0.99 * max(0.0, found.peak - 1.0)
         new, _ = _merged(problem, peaks[high], heights[high])
         new = new[: 2 * p]
         share = min(0.1, found.peak - 1.0) / len(new)
@@ -167,35 +191,49 @@ def relax(problem: Problem, tolerance: float = 1e-7) -> Relaxation:
 
 def sensitivity(problem: Problem, support: Array, settings: Array) -> tuple[Array, Array]:
     """h S h' summed over outputs, and its gradient: settings (k, d) to (k,) and (k, d)."""
-    at = problem.linearize(settings[:, None, :])
-    rows = at.regressors @ support
-    values = (rows * at.regressors).sum(axis=(-2, -1))[:, 0]
-    return values, at.pull(np.broadcast_to(support, (len(settings), *support.shape)))[:, 0]
+    stimulus = problem.stand.stimulus(settings[:, None, :])
+    regressors = problem.model.regressors(stimulus)
+    matrices = np.broadcast_to(support, (len(settings), *support.shape))
+    at = Linearization(problem, settings[:, None, :], stimulus, regressors, Information(matrices, problem.parameters))
+    values = ((regressors @ support) * regressors).sum(axis=(-2, -1))[:, 0]
+    return values, at.pull(matrices)[:, 0]
+
+
+def share_of_fixed(problem: Problem) -> Array:
+    """Information (p, p) of the fixed positions for each of the others."""
+    return problem.base / (problem.n - problem.held)
+
+
+def looked_at_stops(stand: Stand) -> tuple[bool, ...]:
+    """Which settings are looked at at their stops only.
+
+    None where there are too many stops: then the whole range of the angles is looked at, which
+    bounds the stops in it too.
+    """
+    stepped = tuple(setting.step is not None for setting in stand.settings)
+    stops = math.prod(len(setting.stops()) for setting in stand.settings if setting.step is not None)
+    few = stops <= (_MOST_STOPS if all(stepped) else _MOST_LINES)
+    return stepped if few else (False,) * len(stepped)
 
 
 def enumerable(problem: Problem) -> bool:
-    """Whether the stand has so few stops that the sensitivity is computed at every one.
-
-    Otherwise the whole range of its angles is looked at, which bounds the stops in it too.
-    """
-    settings = problem.stand.settings
-    if any(setting.step is None for setting in settings):
-        return False
-    return math.prod(len(setting.stops()) for setting in settings) <= _MOST_STOPS
+    """Whether the stand has so few stops that the sensitivity is computed at every one."""
+    return all(looked_at_stops(problem.stand))
 
 
 def _grid(problem: Problem) -> Array:
-    few = enumerable(problem)
+    stand = problem.stand
     axes = [
         setting.stops() if few else np.linspace(setting.lower, setting.upper, _GRID)
-        for setting in problem.stand.settings
+        for setting, few in zip(stand.settings, looked_at_stops(stand), strict=True)
     ]
-    return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(axes))
+    grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(axes))
+    return np.asarray(grid[~stand.forbids(grid)])
 
 
 def _improve(problem: Problem, points: Array, weights: Array) -> Relaxation:
     """Move points and weights together to the nearest optimum; drop and merge points."""
-    measure = _Measure(problem, points)
+    measure = _Measure(problem)
     start = np.concatenate([points, np.sqrt(weights)[:, None]], axis=-1)[None]
     descent = descend(measure, start, account=Account(), tolerance=1e-11)
     settings = descent.settings[0]
@@ -204,7 +242,8 @@ def _improve(problem: Problem, points: Array, weights: Array) -> Relaxation:
     points, weights = _merged(problem, settings[keep, :-1], weights[keep])
     weights = weights / weights.sum()
     rows = problem.model.regressors(problem.stand.stimulus(points)) * np.sqrt(weights)[:, None, None]
-    information = Information.from_regressors(rows, problem.parameters)
+    moved = Information.from_regressors(rows, problem.parameters)
+    information = Information(moved.matrix + share_of_fixed(problem), problem.parameters)
     multiplier = descent.multipliers[0][0] if descent.multipliers else None
     support = problem.criterion.support(information, multiplier)
     support = support / float((support * information.matrix).sum())
@@ -221,11 +260,20 @@ def _peaks(problem: Problem, support: Array, starts: Array) -> tuple[Array, Arra
 
     def objective(x: Array, index: np.ndarray) -> tuple[Array, Array]:
         value, gradient = sensitivity(problem, support, x)
-        return -value, -gradient
+        return np.where(stand.forbids(x), np.inf, -value), -gradient
 
-    lower, upper = problem.stand.free_bounds.T
+    stand = problem.stand
+    lower, upper = stand.limits_around(best, looked_at_stops(stand))
     minima = minimize_stack(objective, best, lower, upper, tolerance=1e-10, iterations=200)
-    return minima.x, -minima.loss
+    if all(zone.exact for zone in stand.zones):
+        return minima.x, -minima.loss
+
+    def values_at(x: Array, index: np.ndarray) -> Array:
+        flat = x.reshape(-1, x.shape[-1])
+        return np.where(stand.forbids(flat), np.inf, -sensitivity(problem, support, flat)[0]).reshape(x.shape[:2])
+
+    crept, lowest = creep(values_at, minima.x, minima.loss, lower, upper, radius=math.radians(5.0))
+    return crept, -lowest
 
 
 def _merged(problem: Problem, points: Array, weights: Array) -> tuple[Array, Array]:

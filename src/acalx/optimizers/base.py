@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Literal, final
 
 import numpy as np
@@ -100,6 +100,8 @@ class Account:
 
     def keep(self, settings: Array, losses: Array) -> None:
         """Keep the best of programs (s, n, d) that are counted already."""
+        if not len(losses):
+            return
         k = int(losses.argmin())
         if np.isfinite(losses[k]) and (self.best is None or losses[k] < self.best.loss):
             self.best = Solution(settings[k].copy(), float(losses[k]))
@@ -166,7 +168,7 @@ def no_regular_program(problem: Problem) -> str:
         f"{s.name}_deg=[{np.degrees(s.lower):g},{np.degrees(s.upper):g}]" for s in problem.stand.settings
     )
     everything = problem.random(np.random.default_rng(0), 1)
-    many = Problem(problem.stand, problem.model, problem.criterion, max(problem.n, 500))
+    many = replace(problem, n=max(problem.n, 500), replicates=True)
     unseen = many.information(many.random(np.random.default_rng(0), 1)[0]).inestimable()
     if not unseen:
         unseen = problem.information(everything[0]).inestimable()

@@ -23,6 +23,7 @@ _SUFFICIENT = 1e-4
 _MAX_HALVINGS = 20
 
 Objective = Callable[[Array, np.ndarray], tuple[Array, Array]]
+Projection = Callable[[Array, Array], Array]
 
 
 @dataclass(frozen=True)
@@ -51,6 +52,7 @@ def minimize_stack(
     tolerance: float = 1e-7,
     loss_tolerance: float = 1e-13,
     iterations: int = 1000,
+    project: Projection | None = None,
 ) -> Minima:
     """Minimize s functions of k variables within bounds, all at once.
 
@@ -61,16 +63,19 @@ def minimize_stack(
         values (a,) and gradients (a, k). A value may be inf.
     x : array (s, k)
         Starts.
-    lower, upper : array (k,)
-        Bounds; infinite where there are none.
+    lower, upper : array (k,) or (s, k)
+        Bounds of all the runs or of each; infinite where there are none.
     tolerance : float
         A run ends where no component of the projected gradient is larger,
     loss_tolerance : float
         or where two steps one after another lower the value by less, relative to 1 + |value|,
     iterations : int
         or after so many steps.
+    project : callable, optional
+        Takes points (a, k) and others (a, k) that are allowed, and gives points between them that
+        are allowed; where bounds do not say all.
     """
-    runs = _Runs(objective, np.clip(x, lower, upper), lower, upper)
+    runs = _Runs(objective, np.clip(x, lower, upper), lower, upper, project)
     for _ in range(iterations):
         if not runs.step(tolerance, loss_tolerance):
             break
@@ -80,8 +85,9 @@ def minimize_stack(
 class _Runs:
     """The runs that go on, and in `final` where all of them were last."""
 
-    def __init__(self, objective: Objective, x: Array, lower: Array, upper: Array) -> None:
-        self.objective, self.lower, self.upper = objective, lower, upper
+    def __init__(self, objective: Objective, x: Array, lower: Array, upper: Array, project: Projection | None) -> None:
+        self.objective, self.project = objective, project
+        self.lower, self.upper = np.broadcast_to(lower, x.shape), np.broadcast_to(upper, x.shape)
         self.index = np.arange(len(x))
         self.x = x
         self.value, self.gradient = objective(x, self.index)
@@ -118,7 +124,10 @@ class _Runs:
         going = np.arange(len(direction))
         for _ in range(_MAX_HALVINGS):
             base = self.value[going]
-            trial = np.clip(self.x[going] + length[going, None] * direction[going], self.lower, self.upper)
+            trial = self.x[going] + length[going, None] * direction[going]
+            trial = np.clip(trial, self.lower[going], self.upper[going])
+            if self.project is not None:
+                trial = self.project(trial, self.x[going])
             trial_value, trial_gradient = self.objective(trial, self.index[going])
             slope = np.einsum("sk,sk->s", trial - self.x[going], free[going])
             rounding = 1e-14 * (1.0 + np.abs(base))
@@ -154,5 +163,6 @@ class _Runs:
         self.final.x[gone], self.final.loss[gone] = self.x[ended], self.value[ended]
         self.final.converged[gone] = np.isfinite(self.value[ended])
         self.index, self.x, self.idle = self.index[keep], self.x[keep], self.idle[keep]
+        self.lower, self.upper = self.lower[keep], self.upper[keep]
         self.value, self.gradient = self.value[keep], self.gradient[keep]
         self.curvature.select(keep)

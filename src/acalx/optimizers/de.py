@@ -12,9 +12,8 @@ from acalx.arrays import Array
 from acalx.errors import ArgumentError
 from acalx.optimizers.agreement import distinct_solutions, fewest_starts, judge
 from acalx.optimizers.base import Account, Optimizer, Result, Status
-from acalx.optimizers.descent import descend
 from acalx.optimizers.options import require_count, require_positive
-from acalx.optimizers.stops import descend_stops
+from acalx.optimizers.settle import settle
 from acalx.problem import Problem
 
 __all__ = ["DifferentialEvolution"]
@@ -112,8 +111,7 @@ class DifferentialEvolution(Optimizer):
             raw = np.append(raw, problem.loss(winner))
             ends, end_losses = winner[None], raw[-1:]
             if self.polish and np.isfinite(raw[-1]):
-                polish = descend_stops if problem.stand.stepped else descend
-                descent = polish(problem, np.concatenate([ends, members]), account=account)
+                descent = settle(problem, np.concatenate([ends, members]), account=account)
                 ends, end_losses = descent.settings, descent.loss
             settings, losses = np.concatenate([settings, ends]), np.concatenate([losses, end_losses])
             best = int((losses <= losses.min() + self.agreement).sum())
@@ -167,7 +165,7 @@ class DifferentialEvolution(Optimizer):
             rng=rng,
             callback=count,
             polish=False,
-            init="latinhypercube",
+            init=space.population(rng, self.popsize) if problem.restricted else "latinhypercube",
             updating="deferred",
             vectorized=True,
             integrality=space.integrality,
@@ -192,19 +190,31 @@ class _Space:
             (s.lower, s.upper) if stops is None else (0.0, len(stops) - 1.0)
             for s, stops in zip(self.problem.stand.settings, self.stops, strict=True)
         ]
-        return one * self.problem.n
+        return one * (self.problem.n - self.problem.held)
 
     @property
     def integrality(self) -> list[bool]:
-        return [stops is not None for stops in self.stops] * self.problem.n
+        return [stops is not None for stops in self.stops] * (self.problem.n - self.problem.held)
+
+    def population(self, rng: np.random.Generator, popsize: int) -> Array:
+        """First members, (popsize times the angles, k), permitted programs all: scipy's own would hardly be."""
+        programs = self.problem.random(rng, max(5, popsize * len(self.bounds)))[:, self.problem.held :]
+        columns = [
+            programs[..., k] if stops is None else np.searchsorted(stops, programs[..., k] - 1e-9)
+            for k, stops in enumerate(self.stops)
+        ]
+        return np.asarray(np.stack(columns, axis=-1).reshape(len(programs), -1), dtype=float)
 
     def settings(self, vectors: Array) -> Array:
         """From scipy's vectors (s, n d) to settings (s, n, d) in rad."""
-        settings = vectors.reshape(len(vectors), self.problem.n, self.problem.d)
-        if all(stops is None for stops in self.stops):
-            return settings
+        problem = self.problem
+        settings = vectors.reshape(len(vectors), problem.n - problem.held, problem.d)
         columns = [
             settings[..., k] if stops is None else stops[np.rint(settings[..., k]).astype(int)]
             for k, stops in enumerate(self.stops)
         ]
-        return np.stack(columns, axis=-1)
+        settings = np.asarray(np.stack(columns, axis=-1), dtype=float)
+        if problem.fixed is None:
+            return settings
+        fixed = np.broadcast_to(problem.fixed, (len(vectors), *problem.fixed.shape))
+        return np.concatenate([fixed, settings], axis=1)

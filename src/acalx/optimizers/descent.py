@@ -57,10 +57,12 @@ class Landscape(Protocol):
     def criterion(self) -> Criterion: ...
     @property
     def parameters(self) -> tuple[Parameter, ...]: ...
-    @property
-    def limits(self) -> tuple[Array, Array]:
-        """Bounds of all the variables of a program, infinite where there are none."""
+    def limits_around(self, settings: Array) -> tuple[Array, Array]:
+        """Bounds (s, n d) of the variables around programs (s, n, d), infinite where there are none."""
 
+    @property
+    def restricted(self) -> bool: ...
+    def project(self, settings: Array, allowed: Array) -> Array: ...
     def loss(self, settings: Array) -> Array: ...
     def loss_of(self, information: Information, criterion: Criterion | None = None) -> Array: ...
     def gradient_of(self, information: Information, criterion: Criterion | None = None) -> Array: ...
@@ -74,16 +76,27 @@ class Pullback(Protocol):
 
     @property
     def information(self) -> Information: ...
+    @property
+    def permitted(self) -> np.ndarray | None: ...
     def pull(self, gradient: Array) -> Array: ...
 
 
 def descend(
-    problem: Landscape, starts: Array, *, account: Account, tolerance: float = 1e-7, iterations: int = 2000
+    problem: Landscape,
+    starts: Array,
+    *,
+    account: Account,
+    tolerance: float = 1e-7,
+    iterations: int = 2000,
+    limits: tuple[Array, Array] | None = None,
 ) -> Descent:
-    """Local minima from starts (s, n, d) in rad; none ends above its start or outside the limits."""
+    """Local minima from starts (s, n, d) in rad; none ends above its start or outside the limits.
+
+    The limits (s, n d) are those of the problem around the starts unless others are given.
+    """
+    lower, upper = limits or problem.limits_around(starts)
     if problem.criterion.terms().ceilings:
-        return _Held(problem, starts, account).run(tolerance, iterations)
-    lower, upper = problem.limits
+        return _Held(problem, starts, lower, upper, account).run(tolerance, iterations)
     shape = starts.shape
 
     def objective(x: Array, index: np.ndarray) -> tuple[Array, Array]:
@@ -92,8 +105,18 @@ def descend(
         account.see(settings, loss)
         return loss, gradient.reshape(x.shape)
 
+    def project(x: Array, allowed: Array) -> Array:
+        settings, others = x.reshape(-1, *shape[1:]), allowed.reshape(-1, *shape[1:])
+        return problem.project(settings, others).reshape(x.shape)
+
     minima = minimize_stack(
-        objective, starts.reshape(len(starts), -1), lower, upper, tolerance=tolerance, iterations=iterations
+        objective,
+        starts.reshape(len(starts), -1),
+        lower,
+        upper,
+        tolerance=tolerance,
+        iterations=iterations,
+        project=project if problem.restricted else None,
     )
     return Descent(minima.x.reshape(shape), minima.loss, minima.converged)
 
@@ -101,22 +124,21 @@ def descend(
 class _Held:
     """Rounds of smooth minimization with ceilings held by multipliers."""
 
-    def __init__(self, problem: Landscape, starts: Array, account: Account) -> None:
+    def __init__(self, problem: Landscape, starts: Array, lower: Array, upper: Array, account: Account) -> None:
         self.problem, self.account = problem, account
         self.terms = problem.criterion.terms()
         self.ceilings: list[Ceiling] = [ceiling for _, ceiling in self.terms.ceilings]
         self.weights = np.array([weight for weight, _ in self.terms.ceilings])
         self.shape = starts.shape
         self.angles = starts[0].size
-        lower, upper = problem.limits
-        floors = [max(ceiling.log_floor, -_LOG_RANGE) for ceiling in self.ceilings]
-        self.lower = np.concatenate([lower, floors])
-        self.upper = np.concatenate([upper, np.full(len(floors), _LOG_RANGE)])
+        floors = np.array([max(ceiling.log_floor, -_LOG_RANGE) for ceiling in self.ceilings])
+        stack = (len(starts), len(floors))
+        self.lower = np.concatenate([lower, np.broadcast_to(floors, stack)], axis=-1)
+        self.upper = np.concatenate([upper, np.full(stack, _LOG_RANGE)], axis=-1)
         information = problem.information(starts)
         logs = [problem.loss_of(information, ceiling) for ceiling in self.ceilings]
         self.x = np.concatenate([starts.reshape(len(starts), -1), np.stack(logs, axis=-1)], axis=-1)
-        stack = (len(starts),)
-        self.multipliers = [ceiling.start(problem.parameters, stack) for ceiling in self.ceilings]
+        self.multipliers = [ceiling.start(problem.parameters, (len(starts),)) for ceiling in self.ceilings]
         self.penalty = np.full(len(starts), _FIRST_PENALTY)
         self.best = starts.copy()
         self.loss = problem.loss(starts)
@@ -163,6 +185,8 @@ class _Held:
                 gradient = gradient + weight * self.problem.gradient_of(at.information, criterion)
             members = going[index]
             singular = at.information.singular
+            if at.permitted is not None:
+                singular = singular | ~at.permitted
             with np.errstate(invalid="ignore", over="ignore"):
                 for k, ceiling in enumerate(self.ceilings):
                     more, by_matrix, slope, _ = ceiling.hold(
@@ -175,8 +199,20 @@ class _Held:
             by_angle = at.pull(gradient).reshape(len(x), -1)
             return value, np.concatenate([by_angle, slopes], axis=-1)
 
+        def project(x: Array, allowed: Array) -> Array:
+            x = x.copy()
+            settings, others = (part[:, : self.angles].reshape(-1, *self.shape[1:]) for part in (x, allowed))
+            x[:, : self.angles] = self.problem.project(settings, others).reshape(len(x), -1)
+            return x
+
         minima = minimize_stack(
-            objective, self.x[going], self.lower, self.upper, tolerance=tolerance, iterations=iterations
+            objective,
+            self.x[going],
+            self.lower[going],
+            self.upper[going],
+            tolerance=tolerance,
+            iterations=iterations,
+            project=project if self.problem.restricted else None,
         )
         self.x[going] = minima.x
 

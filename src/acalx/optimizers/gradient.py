@@ -10,8 +10,9 @@ import numpy as np
 from acalx.arrays import Array
 from acalx.optimizers.agreement import distinct_solutions, fewest_starts, judge
 from acalx.optimizers.base import Account, Optimizer, Result, Status, refuse_steps
-from acalx.optimizers.descent import descend
 from acalx.optimizers.options import require_count, require_positive
+from acalx.optimizers.settle import settle
+from acalx.optimizers.starts import regular_starts
 from acalx.problem import Problem
 
 __all__ = ["Gradient"]
@@ -58,7 +59,7 @@ class Gradient(Optimizer):
 
     def check(self, problem: Problem) -> None:
         """Refuses stands with steps."""
-        refuse_steps(self, problem, "optimizer=de")
+        refuse_steps(self, problem, "optimizer=exchange")
 
     def search(self, problem: Problem, rng: np.random.Generator, account: Account) -> Result:
         """Batches of starts until they agree."""
@@ -71,7 +72,7 @@ class Gradient(Optimizer):
             # as many again as before: a large stack costs far less than many small ones
             count = min(max(self.batch, fewest - len(losses), len(losses)), self.starts - len(losses), largest)
             account.fraction = len(losses) / self.starts
-            descent = descend(
+            descent = settle(
                 problem,
                 regular_starts(problem, rng, count),
                 account=account,
@@ -96,14 +97,3 @@ class Gradient(Optimizer):
             account.seconds,
             account.history,
         )
-
-
-def regular_starts(problem: Problem, rng: np.random.Generator, count: int) -> Array:
-    """Random programs, singular ones drawn again a few times."""
-    programs = problem.random(rng, count)
-    for _ in range(20):
-        singular = ~np.isfinite(problem.loss(programs))
-        if not singular.any():
-            break
-        programs[singular] = problem.random(rng, int(singular.sum()))
-    return programs

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from acalx.arrays import Array
 from acalx.errors import ArgumentError, CompatibilityError
+from acalx.stands.zones import Zone
 from acalx.stimulus import Stimulus
 
 __all__ = ["Setting", "Stand"]
@@ -17,6 +19,8 @@ __all__ = ["Setting", "Stand"]
 _TURN = 2.0 * math.pi
 # Relative slack when comparing angles that went through degrees and back.
 _SLACK = 1e-9
+# So many random settings are drawn before a stand counts as forbidden everywhere.
+_MOST_DRAWS = 200
 
 
 @dataclass(frozen=True)
@@ -87,6 +91,16 @@ class Setting:
         if self.full_turn and len(stops) > 1:
             stops = stops[stops < stops[0] + _TURN * (1 - _SLACK)]
         return np.clip(stops, self.lower, self.upper)
+
+    def nearest(self, angles: Array) -> Array:
+        """The stop of a stepped setting that is nearest to each angle."""
+        stops = self.stops()
+        middle = 0.5 * (stops[0] + stops[-1])
+        if self.periodic:
+            angles = angles - _TURN * np.round((angles - middle) / _TURN)
+        index = np.clip(np.searchsorted(stops, angles), 1, max(1, len(stops) - 1))
+        below, above = stops[index - 1], stops[np.minimum(index, len(stops) - 1)]
+        return np.where(angles - below < above - angles, below, above)
 
     def wrap(self, angles: Array) -> Array:
         """The same positions with whole turns taken off, inside the limits where that is possible."""
@@ -173,6 +187,29 @@ class Stand(ABC):
         return np.where(open_, np.array([-np.inf, np.inf]), self.bounds)
 
     @property
+    def zones(self) -> tuple[Zone, ...]:
+        """Forbidden zones; none."""
+        return ()
+
+    def limits_around(self, settings: Array, hold: Sequence[bool] | None = None) -> tuple[Array, Array]:
+        """Limits (..., d) around settings (..., d) between which every angle is allowed, in rad.
+
+        Infinite where every angle can be set. Zones that are known as a function only are not
+        left out.
+
+        Parameters
+        ----------
+        settings : array (..., d), in rad
+        hold : sequence of bool, length d, optional
+            Settings that stay where they are; those with steps unless it is given.
+        """
+        lower, upper = (np.broadcast_to(bound, settings.shape).copy() for bound in self.free_bounds.T)
+        for zone in self.zones:
+            zone.narrow(settings, lower, upper)
+        held = [setting.step is not None for setting in self.settings] if hold is None else hold
+        return np.where(held, settings, lower), np.where(held, settings, upper)
+
+    @property
     def frequencies(self) -> tuple[int, ...] | None:
         """Degree of the stimulus as a trigonometric polynomial in each setting; None if unknown."""
         return None
@@ -189,10 +226,54 @@ class Stand(ABC):
     def allows(self, settings: Array, tolerance: float = 1e-9) -> np.ndarray:
         """Which positions (..., n) the stand can take, within a tolerance in rad."""
         each = [s.allows(settings[..., k], tolerance) for k, s in enumerate(self.settings)]
-        return np.asarray(np.logical_and.reduce(each))
+        return np.asarray(np.logical_and.reduce([*each, ~self.forbids(settings)]))
+
+    def forbids(self, settings: Array) -> np.ndarray:
+        """Which positions (..., n) are in a forbidden zone."""
+        forbidden = np.zeros(settings.shape[:-1], dtype=bool)
+        for zone in self.zones:
+            forbidden |= zone.holds(settings)
+        return forbidden
 
     def random(self, rng: np.random.Generator, shape: tuple[int, ...]) -> Array:
-        """Random positions, each setting uniform over its limits or stops: (*shape, d) in rad."""
+        """Random positions, each setting uniform over its limits or stops: (*shape, d) in rad.
+
+        Raises
+        ------
+        CompatibilityError
+            Where forbidden zones leave nothing that could be found.
+        """
+        settings = self._anywhere(rng, shape)
+        forbidden = self.forbids(settings) if self.zones else np.zeros(shape, dtype=bool)
+        for _ in range(_MOST_DRAWS):
+            if not forbidden.any():
+                return settings
+            settings[forbidden] = self._anywhere(rng, (int(forbidden.sum()),))
+            forbidden[forbidden] = self.forbids(settings[forbidden])
+        raise CompatibilityError(
+            f"the forbidden zones of stand {type(self).__name__} leave next to nothing of its range: "
+            "make them smaller, or the limits of its angles wider"
+        )
+
+    def candidates(self, size: int) -> Array:
+        """Allowed positions all over the range, (k, d) in rad: all the stops, or a grid.
+
+        A setting without steps is divided so that the grid has about `size` points, zones apart.
+        """
+        free = [s for s in self.settings if s.step is None]
+        stops = math.prod(len(s.stops()) for s in self.settings if s.step is not None)
+        spans = math.prod(s.upper - s.lower for s in free)
+        density = (size / stops / spans) ** (1.0 / max(1, len(free)))
+        axes = [
+            np.linspace(s.lower, s.upper, max(2, round((s.upper - s.lower) * density)), endpoint=not s.full_turn)
+            if s.step is None
+            else s.stops()
+            for s in self.settings
+        ]
+        grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(axes))
+        return grid[~self.forbids(grid)] if self.zones else grid
+
+    def _anywhere(self, rng: np.random.Generator, shape: tuple[int, ...]) -> Array:
         columns = [
             rng.uniform(s.lower, s.upper, shape) if s.step is None else rng.choice(s.stops(), shape)
             for s in self.settings

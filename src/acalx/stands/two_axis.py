@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import final
+from typing import Any, final
 
 import numpy as np
 
 from acalx.arrays import Array, components, sin_cos
 from acalx.errors import ArgumentError
 from acalx.stands.base import Setting, Stand
+from acalx.stands.zones import Zone, read_zones
 from acalx.stimulus import Stimulus
 
 __all__ = ["TwoAxis"]
@@ -31,42 +32,72 @@ class TwoAxis(Stand):
     ----------
     alpha1_deg, alpha2_deg : pair of float, degrees
         Lower and upper limit of each angle.
-    step_deg : float, degrees, optional
-        Resolution of the table: both angles stop at whole multiples of it. None: anywhere.
+    step_deg : float or pair of float, degrees, optional
+        Resolution of the table, of both angles or of each: they stop at whole multiples of it.
+        None: anywhere.
     periodic : bool
         Whether 360 degrees more is the same setting. Without it, angles are not wrapped, and
         limits may span more than a turn.
+    forbidden : sequence of mappings, degrees
+        Boxes of settings that must not be taken, as ``{"alpha1_deg": (80, 100), "alpha2_deg":
+        (170, 190)}``; an angle that is left out may be any. The edge of a box is allowed.
+    forbidden_if : str or callable
+        Function of arrays ``alpha1_deg, alpha2_deg``, true where a setting must not be taken;
+        or where it is, as ``module.function``.
 
     Raises
     ------
     ArgumentError
-        Limits the wrong way round or not finite, a step that is not positive.
+        Limits the wrong way round or not finite, a step that is not positive, zones that are
+        not understood.
 
     Source: Egorov, Kiryachenko, Popov (2021); the mapping reproduces their printed programs.
     """
 
     alpha1_deg: Sequence[float] = (0.0, 360.0)
     alpha2_deg: Sequence[float] = (0.0, 360.0)
-    step_deg: float | None = None
+    step_deg: float | Sequence[float | None] | None = None
     periodic: bool = True
+    forbidden: Sequence[Mapping[str, Sequence[float]]] = ()
+    forbidden_if: str | Callable[..., Any] | None = None
 
     def __post_init__(self) -> None:
         for name in ("alpha1_deg", "alpha2_deg"):
             object.__setattr__(self, name, _pair(name, getattr(self, name)))
-        if self.step_deg is not None and not _is_number(self.step_deg):
-            raise ArgumentError(f"step_deg={self.step_deg}: a step is a number of degrees, or null for none")
+        if isinstance(self.step_deg, Sequence) and not isinstance(self.step_deg, str):
+            object.__setattr__(self, "step_deg", tuple(self.step_deg))
+        if len(self._steps) != 2 or not all(step is None or _is_number(step) for step in self._steps):
+            raise ArgumentError(
+                f"step_deg={self.step_deg}: a step is a number of degrees, or null for none, or a pair of them"
+            )
         if not isinstance(self.periodic, bool):
             raise ArgumentError(f"periodic={self.periodic}: must be true or false")
-        _ = self.settings  # built once here so that bad limits are refused at construction
+        _ = self.settings, self.zones  # built once here so that bad ones are refused at construction
 
     @cached_property
     def settings(self) -> tuple[Setting, ...]:
         """The two angles, alpha1 and alpha2."""
-        step = None if self.step_deg is None else math.radians(self.step_deg)
+        limits = (("alpha1", self.alpha1_deg), ("alpha2", self.alpha2_deg))
         return tuple(
-            Setting(name, math.radians(lower), math.radians(upper), step, self.periodic)
-            for name, (lower, upper) in (("alpha1", self.alpha1_deg), ("alpha2", self.alpha2_deg))
+            Setting(
+                name,
+                math.radians(lower),
+                math.radians(upper),
+                None if step is None else math.radians(step),
+                self.periodic,
+            )
+            for (name, (lower, upper)), step in zip(limits, self._steps, strict=True)
         )
+
+    @property
+    def _steps(self) -> tuple[float | None, ...]:
+        return self.step_deg if isinstance(self.step_deg, tuple) else (self.step_deg,) * 2
+
+    @cached_property
+    def zones(self) -> tuple[Zone, ...]:
+        """The forbidden boxes, then what the function says."""
+        names, periodic = [f"{name}_deg" for name in self.names], [self.periodic] * 2
+        return read_zones(names, periodic, self.forbidden, self.forbidden_if)
 
     @property
     def frequencies(self) -> tuple[int, ...]:

@@ -1,0 +1,228 @@
+"""Forbidden zones, steps of each angle, positions that must stay, and replicates: obeyed by all, and by the bound."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from acalx.certificate import certify
+from acalx.criteria import A, Criterion, D, E
+from acalx.errors import AcalxError, ArgumentError, CompatibilityError, PluginError
+from acalx.models import ScalarAccel
+from acalx.optimizers import Auto, DifferentialEvolution, Exchange, Gradient
+from acalx.problem import Problem
+from acalx.programs import published
+from acalx.relaxation import sensitivity
+from acalx.stands import TwoAxis
+from acalx.stands.zones import Box
+from zones import cap
+
+HALF = {"alpha1_deg": (-90, 90)}
+BOX = {"alpha1_deg": (-40, 60), "alpha2_deg": (-30, 120)}
+STANDS = {
+    "box": TwoAxis(**HALF, forbidden=[BOX]),
+    "two boxes, one without limits of the second angle": TwoAxis(
+        **HALF, forbidden=[BOX, {"alpha1_deg": (-90, -70)}, {"alpha2_deg": (200, 230)}]
+    ),
+    "function": TwoAxis(**HALF, forbidden_if=cap),
+    "steps and a box": TwoAxis(step_deg=15, forbidden=[BOX]),
+    "steps of one angle": TwoAxis(step_deg=(30, None)),
+    "steps of one angle and a box": TwoAxis(step_deg=(None, 30), forbidden=[BOX]),
+    "steps and a function": TwoAxis(step_deg=20, forbidden_if="zones.cap"),
+}
+FIXED = published()["egorov_2021_table_1"]
+
+
+def problem(stand: TwoAxis, criterion: Criterion | None = None, n: int = 10, **kwargs: object) -> Problem:
+    return Problem(stand, ScalarAccel(), criterion or D(), n, **kwargs)
+
+
+def quick(stand: TwoAxis) -> list[object]:
+    rough = DifferentialEvolution(restarts=1, maxiter=60)
+    return [rough, Exchange(chains=1, patience=1, starts=8)] + ([] if stand.stepped else [Gradient(starts=24)])
+
+
+@pytest.mark.parametrize("name", STANDS)
+@pytest.mark.parametrize("replicates", [True, False])
+def test_every_optimizer_obeys_and_no_program_beats_the_bound(name, replicates):
+    bound = problem(STANDS[name], replicates=replicates)
+    least = certify(bound, 0.0).gap
+    for optimizer in quick(bound.stand):
+        result = optimizer.solve(bound, np.random.default_rng(0))
+        for solution in result.solutions:
+            assert bound.stand.allows(solution.settings, tolerance=1e-7).all(), type(optimizer).__name__
+            assert bound.permits(solution.settings)
+            assert bound.loss(solution.settings) == pytest.approx(solution.loss, abs=1e-9)
+            assert solution.loss >= -least - 1e-9
+        assert result.best.loss <= -least + 0.6
+
+
+@pytest.mark.parametrize("name", ["box", "function"])
+def test_gradient_ends_close_to_the_bound_at_the_edge_of_a_zone(name):
+    for criterion, efficiency in ((D(), 0.975), (A(), 0.96)):
+        bound = problem(STANDS[name], criterion, 12)
+        certificate = certify(bound, Gradient().solve(bound, np.random.default_rng(1)).best.loss)
+        assert efficiency <= certificate.efficiency <= 1.0
+
+
+def test_a_zone_that_can_be_gone_around_costs_nothing():
+    free = problem(TwoAxis(), n=12)
+    zoned = problem(TwoAxis(forbidden=[{"alpha1_deg": (91, 269)}]), n=12)  # each direction has another pair
+    losses = [Gradient().solve(p, np.random.default_rng(0)).best.loss for p in (free, zoned)]
+    assert losses[1] == pytest.approx(losses[0], abs=1e-6)
+    assert certify(zoned, losses[1]).proved
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.integers(0, 10**6))
+def test_a_box_holds_what_is_inside_and_limits_around_a_point_leave_it_out(seed):
+    rng = np.random.default_rng(seed)
+    lower = rng.uniform(-400, 400, (3, 2))
+    upper = lower + rng.uniform(5, 170, (3, 2))
+    zones = [Box(tuple(np.radians(a)), tuple(np.radians(b)), (True, True)) for a, b in zip(lower, upper, strict=True)]
+    points = rng.uniform(-np.pi, np.pi, (200, 2))
+    inside = np.zeros(len(points), dtype=bool)
+    for a, b in zip(lower, upper, strict=True):
+        past = np.mod(np.degrees(points) - a, 360)
+        inside |= ((past > 0) & (past < b - a)).all(axis=1)
+    held = np.logical_or.reduce([zone.holds(points) for zone in zones])
+    np.testing.assert_array_equal(held, inside)
+    free = points[~held]
+    low, high = free - np.pi, free + np.pi
+    for zone in zones:
+        zone.narrow(free, low, high)
+    assert (low <= free).all()
+    assert (free <= high).all()
+    for _ in range(20):
+        within = rng.uniform(low, high)
+        assert not any(zone.holds(within).any() for zone in zones)
+
+
+def test_cells_are_covered_only_where_all_of_them_is_forbidden():
+    rng = np.random.default_rng(0)
+    for stand in (STANDS["box"], STANDS["function"]):
+        (zone,) = stand.zones
+        centers, half = rng.uniform(-np.pi, np.pi, (500, 2)), rng.uniform(0, 0.6, (500, 2))
+        covered = zone.covers(centers, half)
+        assert covered.any()
+        assert not covered.all()
+        for _ in range(20):
+            points = centers + rng.uniform(-1, 1, centers.shape) * half
+            assert zone.holds(points)[covered].all()
+
+
+def test_fixed_positions_stay_first_and_the_bound_knows_them():
+    stand = TwoAxis()
+    fixed = FIXED.settings_for(stand)
+    bound = problem(stand, n=18, fixed=fixed)
+    for optimizer in (Gradient(starts=16), Exchange(chains=1, starts=4, patience=1), DifferentialEvolution(maxiter=30)):
+        result = optimizer.solve(bound, np.random.default_rng(0))
+        np.testing.assert_array_equal(result.best.settings[:9], fixed)
+        certificate = certify(bound, result.best.loss)
+        assert certificate.efficiency <= 1.0
+    # the tangent at the optimum: what is fixed and the best of the rest add up to the whole
+    assert certificate.bound > certify(problem(stand, n=18), 0.0).bound
+
+
+def test_the_best_nine_positions_extend_to_eighteen_within_3_percent_of_the_bound():
+    stand = TwoAxis()
+    nine = Gradient().solve(problem(stand, n=9), np.random.default_rng(0)).best.settings
+    result = Gradient().solve(problem(stand, n=18, fixed=nine), np.random.default_rng(0))
+    bound = certify(problem(stand, n=18), result.best.loss).bound
+    assert np.exp(result.best.loss) <= 1.03 * bound
+
+
+@pytest.mark.parametrize("criterion", [D(), A(), E(), A() * D() ** 0.5], ids=repr)
+def test_nothing_between_beats_the_bound_around_fixed_positions(criterion):
+    rng = np.random.default_rng(3)
+    stand = TwoAxis(alpha2_deg=(-50, 40))
+    bound = problem(stand, criterion, 12, fixed=TwoAxis().random(rng, (5,)))
+    gap = certify(bound, 0.0).gap
+    losses = bound.loss(bound.random(rng, 2000))
+    best = Gradient(starts=24).solve(bound, rng).best.loss
+    assert -gap <= best + 1e-9
+    assert best <= losses.min()
+    assert best <= -gap + 0.1
+
+
+def test_replicates_are_a_degree_apart_or_a_stop():
+    crowded = TwoAxis(alpha1_deg=(-20, 20), alpha2_deg=(-20, 20))
+    result = Gradient(starts=16).solve(problem(crowded, n=20, replicates=False), np.random.default_rng(0))
+    directions = crowded.stimulus(result.best.settings).specific_force
+    cosines = (directions @ directions.T)[np.triu_indices(20, 1)]
+    assert np.degrees(np.arccos(cosines.max())) >= 1 - 1e-6
+    table = TwoAxis(alpha1_deg=(-40, 40), alpha2_deg=(-40, 40), step_deg=20)
+    used_twice = Exchange().solve(problem(table, n=20), np.random.default_rng(0)).best
+    each_once = Exchange().solve(problem(table, n=20, replicates=False), np.random.default_rng(0)).best
+    assert len(np.unique(np.round(np.degrees(each_once.settings)), axis=0)) == 20
+    assert each_once.loss > used_twice.loss
+
+
+def test_gradient_of_the_sensitivity_is_that_of_its_values():
+    bound = problem(STANDS["box"])
+    support = np.cov(np.random.default_rng(0).normal(size=(9, 30)))
+    points = bound.stand.random(np.random.default_rng(1), (5,))
+    _, gradient = sensitivity(bound, support, points)
+    for k in range(2):
+        step = 1e-6 * np.eye(2)[k]
+        numerical = (
+            sensitivity(bound, support, points + step)[0] - sensitivity(bound, support, points - step)[0]
+        ) / 2e-6
+        np.testing.assert_allclose(gradient[:, k], numerical, rtol=1e-6, atol=1e-7)
+
+
+def test_auto_takes_exchange_where_there_are_steps():
+    assert isinstance(Auto().choose(problem(TwoAxis(step_deg=15))), Exchange)
+    assert isinstance(Auto().choose(problem(TwoAxis())), Gradient)
+    result = Auto().solve(problem(TwoAxis(step_deg=45), n=9), np.random.default_rng(0))
+    assert result.message.startswith("Exchange: ")
+
+
+@pytest.mark.parametrize(
+    ("forbidden", "words"),
+    [
+        ([{"alpha3_deg": (0, 1)}], "has no alpha3_deg; it has alpha1_deg, alpha2_deg"),
+        ([{"alpha1_deg": (10, 5)}], "lower end must be below"),
+        ([{"alpha1_deg": 10}], "lower and an upper end"),
+        ([{}], "is not a box"),
+        ("alpha1", "give a list of boxes"),
+    ],
+)
+def test_boxes_that_are_not_understood(forbidden, words):
+    with pytest.raises(ArgumentError, match=words):
+        TwoAxis(forbidden=forbidden)
+
+
+def test_functions_that_are_not_understood():
+    with pytest.raises(ArgumentError, match=r"forbidden_if=nowhere\.f: can't be imported"):
+        TwoAxis(forbidden_if="nowhere.f")
+    with pytest.raises(ArgumentError, match="must take alpha1_deg, alpha2_deg"):
+        TwoAxis(forbidden_if=lambda x: x)
+    with pytest.raises(PluginError, match="as many booleans"):
+        TwoAxis(forbidden_if=lambda alpha1_deg, alpha2_deg: alpha1_deg).random(np.random.default_rng(0), (3,))
+    with pytest.raises(PluginError, match="raised ZeroDivisionError"):
+        TwoAxis(forbidden_if=lambda alpha1_deg, alpha2_deg: 1 / 0).random(np.random.default_rng(0), (3,))
+
+
+def test_limits_that_leave_nothing_are_said():
+    nothing = TwoAxis(alpha1_deg=(0, 50), forbidden=[{"alpha1_deg": (-10, 60)}])
+    with pytest.raises(CompatibilityError, match="forbidden zones of stand TwoAxis leave next to nothing"):
+        Gradient().solve(problem(nothing), np.random.default_rng(0))
+    line = TwoAxis(alpha1_deg=(0, 50), forbidden=[{"alpha1_deg": (10, 60)}, {"alpha2_deg": (1, 359)}])
+    few = TwoAxis(alpha1_deg=(0, 40), alpha2_deg=(0, 40), step_deg=40)
+    with pytest.raises(CompatibilityError, match="no 10 different positions"):
+        Exchange().solve(problem(few, replicates=False), np.random.default_rng(0))
+    assert line.allows(line.random(np.random.default_rng(0), (20,))).all()
+
+
+def test_fixed_positions_that_leave_nothing_to_choose():
+    with pytest.raises(ArgumentError, match="n=9 with 9 fixed positions leaves nothing to choose.* n=10 or more"):
+        problem(TwoAxis(), n=9, fixed=FIXED.settings_for(TwoAxis()))
+
+
+def test_a_stand_that_shows_too_little_says_which_combination():
+    flat = TwoAxis(alpha1_deg=(0, 40), forbidden=[{"alpha1_deg": (5, 35)}], step_deg=20)
+    with pytest.raises(AcalxError, match="can estimate all the parameters"):
+        Exchange(starts=4).solve(problem(flat), np.random.default_rng(0))
