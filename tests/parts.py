@@ -63,6 +63,7 @@ MODELS: list[Model] = [
 ]
 MODELS.sort(key=lambda model: model != ScalarAccel())  # which comes first
 MODELS += [
+    ScalarAccel(groups=("bias", "scale")),
     PlatformGyro("y", ("IS", "OS"), noise_deg_h=0.001),
     PlatformGyro("z", ("II", "SS")),
     PlatformAccel("z", noise_g=1e-7),

@@ -120,3 +120,19 @@ def test_groups() -> None:
     assert at.inequality("one") == pytest.approx(0.75)
     with pytest.raises(ArgumentError, match="no parameter group 'three'; the groups are one, two"):
         at.theta("three")
+
+
+@pytest.mark.parametrize("count", [3, 60])
+def test_solve_is_the_covariance_times_vectors(count: int) -> None:
+    rng = np.random.default_rng(8)
+    rows = rng.standard_normal((count, 30, 1, 9))
+    rows[1, ..., 4] = rows[1, ..., 5]  # singular
+    information = Information.from_regressors(rows, PARAMETERS)
+    vectors = rng.standard_normal((count, 9))
+    found = information.solve(vectors)
+    regular = np.arange(count) != 1
+    expected = np.einsum("tij,tj->ti", information.covariance[regular], vectors[regular])
+    np.testing.assert_allclose(found[regular], expected, rtol=1e-10)
+    assert np.isnan(found[1]).all()
+    one = Information(information.matrix[0], information.parameters)
+    np.testing.assert_allclose(one.solve(vectors), vectors @ one.covariance, rtol=1e-9)

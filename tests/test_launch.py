@@ -16,6 +16,7 @@ from omegaconf import OmegaConf
 
 import acalx
 from acalx.criteria import Criterion, D
+from acalx.estimation import Estimator, StaticIntervals, Unit
 from acalx.models import Model
 from acalx.optimizers import Optimizer
 from acalx.stands import Stand
@@ -309,18 +310,20 @@ def test_script_helps(script):
 
 def test_script_suggests_a_command(script):
     assert script["rnu"].status == 2
-    assert script["rnu"].err == "acalx: no command 'rnu'; did you mean run? (there are: evaluate, run)\n"
+    commands = "calibrate, evaluate, run, validate"
+    assert script["rnu"].err == f"acalx: no command 'rnu'; did you mean run? (there are: {commands})\n"
 
 
 CONF = Path(str(resources.files("acalx.conf")))
 COMPLETIONS = {
-    "acalx ": {"run", "evaluate"},
+    "acalx ": {"run", "evaluate", "calibrate", "validate"},
     "acalx ev": {"evaluate"},
     "acalx run crit": {"criterion=", "criterion."},
     "acalx run criterion=": {f"criterion={path.stem}" for path in (CONF / "criterion").glob("*.yaml")},
     "acalx run n=9 optimizer=g": {"optimizer=gradient"},
     "acalx run optimizer=gradient optimizer.ba": {"optimizer.batch="},
     "acalx evaluate prog": {"program="},
+    "acalx calibrate unit=c": {"unit=counts"},
     "acalx run -m criterion=d_": {"criterion=d_fair"},
 }
 
@@ -357,12 +360,20 @@ def test_completion_works_in_bash(tmp_path):
     assert answered["acalx ev"] == "evaluate"
     assert set(answered["acalx run crit"].split()) == {"criterion=", "criterion."}
     assert set(answered["acalx run criterion=d"].split()) == {"criterion=d", "criterion=d_fair"}
-    assert set(answered["acalx "].split()) == {"run", "evaluate"}
+    assert set(answered["acalx "].split()) == {"run", "evaluate", "calibrate", "validate"}
 
 
 # ---------------------------------------------------------------- configuration
 
-KINDS = {"model": Model, "stand": Stand, "criterion": Criterion, "optimizer": Optimizer}
+KINDS = {
+    "model": Model,
+    "stand": Stand,
+    "criterion": Criterion,
+    "optimizer": Optimizer,
+    "estimator": Estimator,
+    "unit": Unit,
+    "static": StaticIntervals,
+}
 OPTIONS = sorted(path.relative_to(CONF) for path in CONF.glob("*/*.yaml"))
 
 
@@ -375,6 +386,8 @@ def test_every_option_builds(path):
     config = OmegaConf.load(CONF / path)
     if OmegaConf.is_missing(config, "_target_"):
         config._target_ = "acalx.criteria.D"
+    if OmegaConf.is_missing(config, "per_g"):
+        config.per_g = 4096.0
     part = hydra.utils.instantiate(config, _convert_="all")
     assert isinstance(part, KINDS[path.parent.name])
 
@@ -385,7 +398,9 @@ def test_launcher_and_sweeper_build(path):
     assert type(hydra.utils.instantiate(config)).__name__ == config._target_.rpartition(".")[2]
 
 
-@pytest.mark.parametrize("path", [p for p in OPTIONS if p.parent.name in ("stand", "optimizer")], ids=str)
+@pytest.mark.parametrize(
+    "path", [p for p in OPTIONS if p.parent.name in ("model", "stand", "optimizer", "static")], ids=str
+)
 def test_options_are_the_defaults_of_the_class_and_all_of_them(path):
     """Else the command line and Python would give different programs."""
     config = OmegaConf.load(CONF / path)

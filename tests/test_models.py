@@ -185,3 +185,38 @@ def test_four_positions_of_a_tetrahedron_are_proved_optimal_for_the_vector_triad
 def test_bad_options(make: Callable[[], Model], message: str) -> None:
     with pytest.raises(ArgumentError, match=message):
         make()
+
+
+@pytest.mark.parametrize("groups", [("bias", "scale", "nonorthogonality"), ("bias", "scale"), ("nonorthogonality",)])
+def test_magnitude_at_is_zero_at_the_truth_and_its_rows_are_the_derivative(groups: tuple[str, ...]) -> None:
+    model, rng = ScalarAccel(groups), np.random.default_rng(5)
+    truth = 0.05 * rng.standard_normal((4, len(model.parameters)))
+    stimulus = parts.FULL.stimulus(parts.FULL.random(rng, (4, 20)))
+    measurement = model.measurement(truth, stimulus)
+    np.testing.assert_allclose(model.magnitude_at(truth, measurement)[0], 0.0, atol=1e-14)
+    at = truth + 0.02
+    rows = model.magnitude_at(at, measurement)[1]
+    for k in range(truth.shape[1]):
+        step = 1e-6 * np.eye(truth.shape[1])[k]
+        difference = (
+            model.magnitude_at(at - step, measurement)[0] - model.magnitude_at(at + step, measurement)[0]
+        ) / 2e-6
+        np.testing.assert_allclose(rows[..., k], difference, atol=1e-8)
+
+
+@pytest.mark.parametrize("groups", [(), ("bias", "drift"), "bias", None, 3])
+def test_groups_that_are_none_are_refused(groups: object) -> None:
+    with pytest.raises(ArgumentError, match=r"groups=.*: give one or more of bias, scale, nonorthogonality"):
+        ScalarAccel(groups)  # type: ignore[arg-type]
+
+
+def test_six_faces_carry_a_model_without_nonorthogonality() -> None:
+    model = ScalarAccel(groups=["scale", "bias"])
+    assert [parameter.group for parameter in model.parameters] == ["bias"] * 3 + ["scale"] * 3
+    faces = Stimulus(specific_force=parts.FACES.astype(float))
+    assert not model.information(faces).singular
+    assert ScalarAccel().information(faces).inestimable() == [
+        "nonorthogonality_xy",
+        "nonorthogonality_xz",
+        "nonorthogonality_zy",
+    ]

@@ -389,11 +389,11 @@ def test_a_device_is_refused():
 
 
 def test_a_file_without_permission_is_refused(tmp_path, monkeypatch):
-    def refuse(path):
+    def refuse(path, *_):
         raise PermissionError(13, "Permission denied", str(path))
 
     path = written(tmp_path, ANGLES)
-    monkeypatch.setattr(Path, "read_bytes", refuse)
+    monkeypatch.setattr(Path, "open", refuse)
     with pytest.raises(ProgramError, match=r"program\.csv: can't be read: Permission denied"):
         read_program(path)
 

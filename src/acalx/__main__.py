@@ -13,6 +13,8 @@ __all__ = ["main"]
 _COMMANDS = {
     "run": "design a calibration program",
     "evaluate": "figures of merit of a program that someone already uses",
+    "calibrate": "parameters of a sensor from measurements, and readings made right",
+    "validate": "how right a calibration is on positions that it has not seen",
 }
 _QUERY = "query="
 

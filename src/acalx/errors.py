@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-__all__ = ["AcalxError", "ArgumentError", "CompatibilityError", "PluginError", "ProgramError"]
+__all__ = ["AcalxError", "ArgumentError", "CompatibilityError", "DataError", "PluginError", "ProgramError"]
 
 
 class AcalxError(Exception):
@@ -19,6 +19,10 @@ class CompatibilityError(AcalxError):
 
 class ProgramError(AcalxError, ValueError):
     """A calibration program, or a file of one, that can't be used."""
+
+
+class DataError(AcalxError, ValueError):
+    """Measurements, or a file of them, that can't be used."""
 
 
 class PluginError(AcalxError):

@@ -19,7 +19,10 @@ from acalx.errors import AcalxError
 
 __all__ = ["explain", "suggestion"]
 
-_EXAMPLES = {"criterion._target_": "my_module.MyCriterion"}
+_EXAMPLES = {
+    "criterion._target_": "my_module.MyCriterion",
+    "unit.per_g": "4096, the counts that are 1 g, or unit.per_g=null to have it found from the readings",
+}
 
 
 def explain(error: BaseException, overrides: Sequence[str] = (), config_name: str = "config") -> str:

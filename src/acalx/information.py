@@ -185,6 +185,14 @@ class Information:
         root = np.where(singular, 0.0, self._root)
         return np.where(singular, np.inf, root.swapaxes(-1, -2) @ root)
 
+    def solve(self, vectors: Array) -> Array:
+        """K v for vectors (..., p), which may have more leading axes than M; nan where M is singular."""
+        root = self._unchecked_root
+        with np.errstate(invalid="ignore"):  # inf times zero, where M is singular
+            inner = np.einsum("...ij,...j->...i", root, vectors)
+            solution = np.einsum("...ji,...j->...i", root, inner)
+        return np.where(self.singular[..., None], np.nan, solution) if self.singular.any() else np.asarray(solution)
+
     @cached_property
     def eigenvalues(self) -> Array:
         """Eigenvalues of M, ascending, shape (..., p)."""
@@ -232,11 +240,16 @@ class Information:
         ratio = np.where(self.singular, np.nan, variances.min(axis=-1)) / variances.max(axis=-1)
         return np.asarray(1.0 - np.sqrt(ratio))
 
-    def inestimable(self) -> list[str]:
+    def inestimable(self, smallest: float = 1e-6) -> list[str]:
         """Combinations of the parameters that this one program can't see, as readable sums.
 
         Adding any multiple of such a combination to the true parameters changes no measurement.
         The list is empty where all the parameters can be estimated.
+
+        Parameters
+        ----------
+        smallest : float
+            Coefficients below it are not shown; the largest of each combination is 1.
         """
         if not self.singular:
             return []
@@ -246,7 +259,7 @@ class Information:
         scaled = np.where(np.outer(shown, shown), self.matrix, 0.0) / np.outer(scale, scale)
         values, vectors = np.linalg.eigh(scaled)
         null_space = (vectors[:, values < _EIGENVALUE_TOLERANCE * max(values[-1], 1e-300)] / scale[:, None]).T
-        return [_as_sum(row, self.parameters) for row in _row_reduced(null_space)]
+        return [_as_sum(row, self.parameters, smallest) for row in _row_reduced(null_space)]
 
 
 def _stack_first(array: Array) -> bool:
@@ -294,10 +307,10 @@ def _row_reduced(rows: Array) -> Array:
     return rows
 
 
-def _as_sum(coefficients: Array, parameters: tuple[Parameter, ...]) -> str:
+def _as_sum(coefficients: Array, parameters: tuple[Parameter, ...], smallest: float) -> str:
     text = ""
     for coefficient, parameter in zip(coefficients, parameters, strict=True):
-        if abs(coefficient) < 1e-6:
+        if abs(coefficient) < smallest:
             continue
         size = abs(coefficient)
         factor = "" if abs(size - 1) < 1e-6 else f"{size:.4g} "

@@ -2,13 +2,9 @@
 
 from __future__ import annotations
 
-import csv
 import difflib
-import io
-import math
+import itertools
 import os
-import stat
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol, final
@@ -17,6 +13,7 @@ import numpy as np
 
 from acalx.arrays import Array
 from acalx.errors import CompatibilityError, ProgramError
+from acalx.files import CsvFile, did_you_mean, is_number
 from acalx.publications import PUBLISHED
 from acalx.units import DEGREE, Unit, unit_of_column
 
@@ -185,7 +182,7 @@ def find_program(name_or_path: str) -> Program:
     asked = name_or_path.strip().lower()
     close = [name for name in PUBLISHED if asked and asked in name] or difflib.get_close_matches(asked, PUBLISHED)
     raise ProgramError(
-        f"no program {name_or_path!r}{_did_you_mean(close)}; the programs are {', '.join(PUBLISHED)}, "
+        f"no program {name_or_path!r}{did_you_mean(close)}; the programs are {', '.join(PUBLISHED)}, "
         "or give the path of a CSV file"
     )
 
@@ -214,12 +211,19 @@ def read_program(path: str | os.PathLike[str]) -> Program:
         would be right.
     """
     path = Path(path)
-    (header_row, header), *body = _rows(path)
+    file = CsvFile(path, ProgramError, _COLUMNS, ("program.csv", "22.2"))
+    if file.size() > _MOST_BYTES:
+        raise ProgramError(
+            f"{path}: {file.size() / 2**20:.0f} MB is too large; a program has {_MOST_POSITIONS:,} positions or fewer"
+        )
+    (header_row, header), *body = itertools.islice(file.rows(), _MOST_POSITIONS + 2)
     columns = _columns(f"{path}, row {header_row}", header)
     if not body:
         raise ProgramError(f"{path}: a header but no positions; write one a row below it")
+    if len(body) > _MOST_POSITIONS:
+        raise ProgramError(f"{path}: more than {_MOST_POSITIONS:,} positions; a program has fewer")
     indices = [header.index(name) for name in columns]
-    values = np.array([_values(path, row, fields, header, indices) for row, fields in body])
+    values = np.array([file.numbers(row, fields, header, indices) for row, fields in body])
     name = os.fspath(path)
     title = f"{len(values)} positions from {path.name}"
     if columns not in _COSINES:
@@ -264,57 +268,9 @@ def _first_not_unit(lengths: Array) -> int | None:
     return int(wrong.argmax()) if wrong.any() else None
 
 
-def _did_you_mean(close: Sequence[str]) -> str:
-    return f" (did you mean {' or '.join(close)}?)" if close else ""
-
-
-def _text(path: Path) -> str:
-    """The text of a file, anything that can go wrong as a ProgramError."""
-    try:
-        status = path.stat()
-        if stat.S_ISREG(status.st_mode) and status.st_size <= _MOST_BYTES:
-            return path.read_bytes().decode("utf-8-sig")
-    except FileNotFoundError:
-        folder = "" if path.is_absolute() else f" in {Path.cwd()}"
-        raise ProgramError(f"no file {path}{folder}") from None
-    except UnicodeDecodeError as error:
-        raise ProgramError(f"{path}: byte {error.start + 1} is not UTF-8 text; save it as CSV in UTF-8") from error
-    except (OSError, ValueError) as error:
-        reason = error.strerror if isinstance(error, OSError) else error
-        raise ProgramError(f"{path}: can't be read: {reason}") from error
-    if stat.S_ISDIR(status.st_mode):
-        raise ProgramError(f"{path}: is a directory; give a file, such as {path / 'program.csv'}")
-    if not stat.S_ISREG(status.st_mode):
-        raise ProgramError(f"{path}: is not an ordinary file; give a CSV file")
-    raise ProgramError(
-        f"{path}: {status.st_size / 2**20:.0f} MB is too large; a program has {_MOST_POSITIONS:,} positions or fewer"
-    )
-
-
-def _rows(path: Path) -> list[tuple[int, list[str]]]:
-    """Rows that hold something, header first, each with its number in the file."""
-    lines = ["" if line.lstrip().startswith("#") else line for line in io.StringIO(_text(path), newline=None)]
-    first = next((line for line in lines if line.strip()), None)
-    if first is None:
-        raise ProgramError(f"{path}: is empty; {_COLUMNS}")
-    delimiter = next((mark for mark in ";\t" if mark in first), ",")
-    reader = csv.reader(lines, delimiter=delimiter, skipinitialspace=True, strict=True)
-    rows = []
-    try:
-        for raw in reader:
-            fields = [field.strip() for field in raw]
-            if any(fields):
-                rows.append((reader.line_num, fields))
-            if len(rows) > _MOST_POSITIONS + 1:
-                raise ProgramError(f"{path}: more than {_MOST_POSITIONS:,} positions; a program has fewer")
-    except csv.Error as error:
-        raise ProgramError(f"{path}, row {reader.line_num}: {error}; write plain numbers without quotes") from error
-    return rows
-
-
 def _columns(where: str, header: list[str]) -> tuple[str, ...]:
     """Names of the columns to read: all the angles, or else the three cosines."""
-    if all(_is_number(field.replace(",", ".")) for field in header):
+    if all(is_number(field.replace(",", ".")) for field in header):
         raise ProgramError(f"{where}: numbers without a header above them; {_COLUMNS}")
     known = (*_IGNORED, *_COSINES[0], *_COSINES[1])
     for k, name in enumerate(header):
@@ -324,7 +280,7 @@ def _columns(where: str, header: list[str]) -> tuple[str, ...]:
             raise ProgramError(f"{where}: column {name!r} is there twice; once is right")
         if name not in known and not unit_of_column(name):
             close = difflib.get_close_matches(name.lower(), (*known, "alpha1_deg", "alpha2_deg"), n=1)
-            raise ProgramError(f"{where}: unknown column {name[:40]!r}{_did_you_mean(close)}; {_COLUMNS}")
+            raise ProgramError(f"{where}: unknown column {name[:40]!r}{did_you_mean(close)}; {_COLUMNS}")
     settings = tuple(name for name in header if unit_of_column(name))
     if settings:
         return settings
@@ -337,31 +293,3 @@ def _columns(where: str, header: list[str]) -> tuple[str, ...]:
     if missing:
         raise ProgramError(f"{where}: no column {missing[0]}; direction cosines are {', '.join(triads[0])}")
     return triads[0]
-
-
-def _is_number(text: str) -> bool:
-    try:
-        return math.isfinite(float(text)) and "_" not in text
-    except ValueError:
-        return False
-
-
-def _values(path: Path, row: int, fields: list[str], header: list[str], indices: list[int]) -> list[float]:
-    if len(fields) != len(header):
-        hint = "; write decimal points, not commas" if len(fields) > len(header) else ""
-        raise ProgramError(
-            f"{path}, row {row}: number of fields {len(fields)}, "
-            f"expected {len(header)} as in the header, {', '.join(header)}{hint}"
-        )
-    for k in indices:
-        if not _is_number(fields[k]):
-            raise ProgramError(f"{path}, row {row}, column {header[k]}: {_fault(fields[k])}")
-    return [float(fields[k]) for k in indices]
-
-
-def _fault(text: str) -> str:
-    if not text:
-        return "empty, expected a number"
-    if _is_number(text.replace(",", ".", 1)):
-        return f"{text!r} has a decimal comma; write {text.replace(',', '.', 1)}"
-    return f"{text[:40]!r} is not a finite number; write one such as 22.2"

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import contextlib
 import csv
 import json
 import os
 import platform
 import sys
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from importlib import metadata
@@ -89,10 +90,23 @@ class RunDirectory:
             "versions": versions(),
             "overrides": list(self.overrides),
         }
-        text = json.dumps(_plain(result), indent=2, allow_nan=False)
-        part = self.path / f".{_RESULT}.{os.getpid()}"
-        part.write_text(text + "\n", encoding="utf-8")
-        part.replace(self.path / _RESULT)
+        self.write_json(_RESULT, result)
+
+    def write_json(self, name: str, entries: Mapping[str, Any]) -> None:
+        """Write a JSON file by atomic rename; what is not finite is null."""
+        text = json.dumps(_plain(entries), indent=2, allow_nan=False)
+        with self.whole(name) as part:
+            part.write_text(text + "\n", encoding="utf-8")
+
+    @contextlib.contextmanager
+    def whole(self, name: str) -> Iterator[Path]:
+        """A path to write a file to, which gets its name once it is whole and is removed if it never is."""
+        part = self.path / f".{name}.{os.getpid()}"
+        try:
+            yield part
+            part.replace(self.path / name)
+        finally:
+            part.unlink(missing_ok=True)
 
     def write_text(self, name: str, text: str) -> None:
         """Write a file of text."""
@@ -107,7 +121,7 @@ class RunDirectory:
         if held:
             header.append("fixed")
             rows = [[*row, "yes" if number <= held else "no"] for number, row in enumerate(rows, 1)]
-        self._write_table(name, header, rows)
+        self.write_table(name, header, rows)
 
     def write_front(
         self, stand: Stand, names: Sequence[str], front: Sequence[FrontPoint], knee: int | None, held: int = 0
@@ -119,7 +133,7 @@ class RunDirectory:
         for number, point in enumerate(front, 1):
             rows.append([number, *(repr(float(value)) for value in np.exp(point.losses)), int(number - 1 == knee)])
             self.write_program(stand, point.settings, held, f"front/{number:0{width}}.csv")
-        self._write_table("front.csv", ["point", *names, "knee"], rows)
+        self.write_table("front.csv", ["point", *names, "knee"], rows)
 
     def write_alternatives(self, stand: Stand, solutions: Iterable[Solution]) -> None:
         """alternatives.csv: all programs that are equally good, the best first."""
@@ -128,12 +142,12 @@ class RunDirectory:
             for number, solution in enumerate(solutions, 1)
             for row in _rows(stand, solution.settings)
         ]
-        self._write_table("alternatives.csv", ["program", "loss", "position", *_columns(stand)], rows)
+        self.write_table("alternatives.csv", ["program", "loss", "position", *_columns(stand)], rows)
 
     def write_history(self, history: Iterable[tuple[int, float, float]]) -> None:
         """history.csv: the best loss against evaluations and seconds."""
         rows = [[evaluations, f"{seconds:.6f}", repr(loss)] for evaluations, seconds, loss in history]
-        self._write_table("history.csv", ["evaluations", "seconds", "loss"], rows)
+        self.write_table("history.csv", ["evaluations", "seconds", "loss"], rows)
 
     def write_survey(self, survey: Survey) -> None:
         """landscape.csv: the loss per measurement of each sequence with each number of positions."""
@@ -142,9 +156,10 @@ class RunDirectory:
             for sequence, losses in zip(survey.sequences.tolist(), survey.losses.tolist(), strict=True)
             for number, loss in zip(survey.numbers.tolist(), losses, strict=True)
         ]
-        self._write_table("landscape.csv", [*survey.names, "n", "loss_per_measurement"], rows)
+        self.write_table("landscape.csv", [*survey.names, "n", "loss_per_measurement"], rows)
 
-    def _write_table(self, name: str, header: Sequence[str], rows: Iterable[Sequence[Any]]) -> None:
+    def write_table(self, name: str, header: Sequence[str], rows: Iterable[Sequence[Any]]) -> None:
+        """Write a CSV file."""
         with (self.path / name).open("w", encoding="utf-8", newline="") as file:
             writer = csv.writer(file, lineterminator="\n")
             writer.writerow(header)

@@ -217,6 +217,10 @@ class Stand(ABC):
         """Settings (..., d) in the units that people read."""
         return np.stack([s.unit.write(settings[..., k]) for k, s in enumerate(self.settings)], axis=-1)
 
+    def read(self, values: Array) -> Array:
+        """Settings (..., d) from the units that people write."""
+        return np.stack([s.unit.read(values[..., k]) for k, s in enumerate(self.settings)], axis=-1)
+
     @property
     def bounds(self) -> Array:
         """Lower and upper limits of the settings, (d, 2)."""

@@ -1,0 +1,44 @@
+"""Where an estimate starts: the sphere that the readings of a triad lie on, nearly."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from acalx.arrays import Array
+from acalx.information import parameter_groups
+from acalx.models import ScalarAccel
+
+__all__ = ["fit_sphere", "starting_point"]
+
+
+def fit_sphere(points: Array) -> tuple[Array, Array]:
+    """Center (..., 3) and radius (...) of the sphere through points (..., n, 3), by linear least squares.
+
+    |w - m|^2 = 2 c (w - m) + r^2 - |c|^2, with m the mean of the points. Points in a plane give
+    the center in that plane.
+    """
+    middle = points.mean(axis=-2, keepdims=True)
+    around = points - middle
+    size = np.sqrt((around * around).sum(axis=-1, keepdims=True).mean(axis=-2, keepdims=True))
+    around = around / size
+    rows = np.concatenate([2.0 * around, np.ones((*around.shape[:-1], 1))], axis=-1)
+    solution = (np.linalg.pinv(rows, rcond=1e-6) @ (around * around).sum(axis=-1)[..., None])[..., 0]
+    center = solution[..., :3]
+    radius = np.sqrt(np.maximum(solution[..., 3] + (center * center).sum(axis=-1), 0.0))
+    return middle[..., 0, :] + center * size[..., 0], radius * size[..., 0, 0]
+
+
+def starting_point(readings: Array, model: ScalarAccel, per_g: float | None) -> tuple[Array, Array]:
+    """Parameters (..., p) to start from, and how many units are 1 g, (...), for readings (..., n, 3)."""
+    groups = parameter_groups(model.parameters)
+    if "bias" in groups:
+        center, radius = fit_sphere(readings)
+    else:
+        center, radius = np.zeros((*readings.shape[:-2], 3)), np.linalg.norm(readings, axis=-1).mean(axis=-1)
+    unit = radius if per_g is None else np.full(radius.shape, per_g)
+    start = np.zeros((*radius.shape, len(model.parameters)))
+    if "bias" in groups:
+        start[..., groups["bias"]] = center / unit[..., None]
+    if "scale" in groups:
+        start[..., groups["scale"]] = (radius / unit - 1.0)[..., None]
+    return start, unit

@@ -1,0 +1,53 @@
+"""The unit of readings."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import final
+
+from acalx.errors import ArgumentError
+
+__all__ = ["Unit"]
+
+
+@final
+@dataclass(frozen=True)
+class Unit:
+    """What a sensor's numbers mean.
+
+    Parameters
+    ----------
+    name : str
+        As it is shown, e.g. ``m/s^2``.
+    per_g : float, optional
+        So many units are the local gravity: 1 for g, 9.8 for m/s^2, the nominal sensitivity for
+        the counts of a converter. None: unknown, found from the readings; scale errors are
+        then relative to the mean sensitivity.
+    offset : float
+        What a perfect sensor reads at zero, e.g. 32768 for the counts of an unsigned converter.
+
+    Raises
+    ------
+    ArgumentError
+        Numbers that are not finite, a `per_g` that is not positive.
+    """
+
+    name: str = "g"
+    per_g: float | None = 1.0
+    offset: float = 0.0
+
+    def __post_init__(self) -> None:
+        if not self.name or not isinstance(self.name, str):
+            raise ArgumentError(f"name={self.name!r}: a unit has a name, such as counts")
+        if self.per_g is not None and not (_is_number(self.per_g) and self.per_g > 0):
+            raise ArgumentError(
+                f"per_g={self.per_g}: give the number of {self.name} that are 1 g, such as 9.80665 or 4096, "
+                "or null where it is to be found from the readings"
+            )
+        if not _is_number(self.offset):
+            raise ArgumentError(f"offset={self.offset}: give the reading of a perfect sensor at zero, such as 32768")
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)

@@ -1,0 +1,64 @@
+"""The figure of a calibration's residuals."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from acalx.arrays import Array
+from acalx.reporting.figures import new_figure, save
+
+__all__ = ["draw_residuals"]
+
+_BLUE, _RED, _PALE = "#2a6f97", "#c8553d", "#b8c4d6"
+
+
+def draw_residuals(residual: Array, studentized: Array, noise: float, outlying: Sequence[int], directory: Path) -> None:
+    """Residuals by position, and whether they scatter as normal noise does.
+
+    Parameters
+    ----------
+    residual : array (n,), in g
+    studentized : array (n,)
+        In units of their own standard deviation.
+    noise : float, in g
+        Standard deviation; a band of two of them is shaded where it is known.
+    outlying : sequence of int
+        Numbers of positions, ringed.
+    directory : Path
+    """
+    from scipy.special import ndtri
+
+    figure, (left, right) = new_figure(9.6, 4.0, columns=2)
+    numbers = np.arange(1, len(residual) + 1)
+    milli = 1e3 * residual
+    if np.isfinite(noise):
+        left.axhspan(-2e3 * noise, 2e3 * noise, color=_PALE, alpha=0.35, linewidth=0)
+    left.vlines(numbers, 0, milli, color=_BLUE, linewidth=1.0)
+    left.plot(numbers, milli, "o", color=_BLUE, markersize=4)
+    left.axhline(0.0, color="0.3", linewidth=0.8)
+    far = np.array(outlying, dtype=int)
+    left.plot(far, milli[far - 1], "o", markersize=11, fillstyle="none", color=_RED)
+    left.locator_params(axis="x", integer=True)
+    left.set_xlabel("position")
+    left.set_ylabel("residual, mg")
+    left.set_title("what the calibration leaves; shaded: two standard deviations", fontsize=10)
+    order = np.argsort(studentized)
+    judged = order[np.isfinite(studentized[order])]
+    if len(judged):
+        normal = ndtri((np.arange(len(judged)) + 0.5) / len(judged))
+        ends = np.array([min(normal[0], studentized[judged[0]]), max(normal[-1], studentized[judged[-1]])]) * 1.08
+        right.plot(ends, ends, color="0.3", linewidth=0.8)
+        right.plot(normal, studentized[judged], "o", color=_BLUE, markersize=4)
+        ringed = np.isin(judged + 1, far)
+        right.plot(normal[ringed], studentized[judged][ringed], "o", markersize=11, fillstyle="none", color=_RED)
+    else:
+        right.text(0.5, 0.5, "nothing is left to judge by", transform=right.transAxes, ha="center")
+    right.set_xlabel("expected of normal noise")
+    right.set_ylabel("studentized residual")
+    right.set_title("scatter; on the line where the noise is normal", fontsize=10)
+    for axes in (left, right):
+        axes.grid(visible=True, color=_PALE, linewidth=0.4)
+    save(figure, directory, "residuals")
