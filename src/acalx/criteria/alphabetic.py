@@ -30,6 +30,12 @@ class D(Criterion):
         """-K."""
         return -information.covariance
 
+    def curvature(self, information: Information, directions: Array) -> Array:
+        """trace(K D_i K D_j)."""
+        moved = information.covariance @ directions
+        q = len(moved)
+        return np.asarray(moved.reshape(q, -1) @ moved.swapaxes(-1, -2).reshape(q, -1).T)
+
     def degree(self, p: int) -> float:
         """p."""
         return float(p)
@@ -52,6 +58,15 @@ class A(Criterion):
         covariance = information.covariance
         trace = information.variances.sum(axis=-1)[..., None, None]
         return np.asarray(-(covariance @ covariance) / trace)
+
+    def curvature(self, information: Information, directions: Array) -> Array:
+        """2 trace(K D_i K D_j K) / tr K - trace(K D_i K) trace(K D_j K) / (tr K)^2."""
+        covariance = information.covariance
+        q, trace = len(directions), float(information.variances.sum())
+        along = covariance @ directions
+        twice = (along @ covariance).reshape(q, -1)
+        slopes = np.einsum("iab,ba->i", along, covariance) / trace
+        return np.asarray(2.0 * along.swapaxes(-1, -2).reshape(q, -1) @ twice.T / trace - np.outer(slopes, slopes))
 
     def degree(self, p: int) -> float:
         """One."""

@@ -62,6 +62,26 @@ class Criterion(ABC):
         inverse = np.linalg.inv(factor[..., 0, 0, :, :])
         return np.asarray(inverse.swapaxes(-1, -2) @ gradient @ inverse)
 
+    def curvature(self, information: Information, directions: Array) -> Array:
+        """Second derivatives of the loss along symmetric matrices: (q, p, p) to (q, q).
+
+        The default differentiates `gradient` numerically, by central differences.
+
+        Parameters
+        ----------
+        information : Information
+            With one matrix (p, p).
+        directions : array (q, p, p)
+        """
+        root = np.linalg.inv(np.linalg.cholesky(information.matrix))
+        sizes = np.linalg.norm(root @ directions @ root.T, axis=(-2, -1))[:, None, None]
+        moves = 1e-4 / sizes * directions
+        moved = Information(information.matrix + np.stack([moves, -moves]), information.parameters)
+        above, below = self.gradient(moved)
+        slopes = (above - below) / (2e-4 / sizes)
+        curvature = np.einsum("iab,jab->ij", directions, slopes)
+        return np.asarray(0.5 * (curvature + curvature.T))
+
     @property
     def label(self) -> str:
         """Its name in messages."""

@@ -1,6 +1,7 @@
 """Stands: what turns the sensor."""
 
 from acalx.stands.base import Setting, Stand
+from acalx.stands.grid import Grid, grid_over
 from acalx.stands.two_axis import TwoAxis
 
-__all__ = ["Setting", "Stand", "TwoAxis"]
+__all__ = ["Grid", "grid_over", "Setting", "Stand", "TwoAxis"]
