@@ -24,7 +24,11 @@ __all__ = ["Balance", "balance", "sensitivities"]
 
 _ITERATIONS = 80
 _TO_BOUNDARY = 0.99  # of the way to the boundary that a step goes at most
+_CLOSEST = 0.3  # of the mean complementarity at which the gap is what was asked for
+_OVERSHOOT = 2.0  # a step that lets the largest sensitivity grow more is halved
+_SHORTEST = 1e-4
 _PATIENCE = 8  # iterations in which the gap does not halve
+_SETTLED = 1e-3  # the gap from which it shows which weights are zero at the optimum
 _NEGLIGIBLE = 1e-2  # a weight so much smaller than the slack of its sensitivity
 
 
@@ -93,7 +97,7 @@ def balance(
             best = found
         # with fewer weights rounding errors are smaller, and these are zero at the optimum
         needed = weights > _NEGLIGIBLE * slack
-        if best.gap <= tolerance or needed.all():
+        if best.gap <= tolerance or found.gap > _SETTLED or needed.all():
             return best
         kept = kept[needed]
 
@@ -139,12 +143,20 @@ def _interior(measure: _Measure, tolerance: float) -> tuple[Array, Array]:
         change_slack = -slack * (1.0 + change / here.weights)
         reach = min(_reach(here.weights, change), _reach(slack, change_slack))
         predicted = (here.weights + reach * change) @ (slack + reach * change_slack) / k
-        target = (max(predicted, 0.0) / mean) ** 3 * mean - change * change_slack
+        # no further along the path than was asked for: beyond, rounding errors take over
+        central = max((max(predicted, 0.0) / mean) ** 3 * mean, _CLOSEST * tolerance / k)
+        target = central - change * change_slack
         change, rise = solve(heights - level + target / here.weights)
         change_slack = (target - slack * change) / here.weights - slack
         reach = _TO_BOUNDARY * min(_reach(here.weights, change), _reach(slack, change_slack))
-        weights = here.weights + reach * change
-        here, heights = measure.at(weights / weights.sum())
+        highest = float(heights.max())
+        while True:
+            weights = here.weights + reach * change
+            there, heights = measure.at(weights / weights.sum())
+            if heights.max() <= _OVERSHOOT * highest or reach < _SHORTEST:
+                break
+            reach *= 0.5
+        here = there
         level += reach * rise
         slack = slack + reach * change_slack
         # the loss is not quadratic: the slack is what it is, where that is not far off

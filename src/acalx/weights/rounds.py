@@ -138,7 +138,7 @@ class _Search:
         size, p = len(self.candidates), len(self.candidates.parameters)
         rng = np.random.default_rng(0)
         few = 2 * p * (p + 1) + 100
-        active = self._complete(_sample(rng, size, few))
+        active = self._complete(self._different(_sample(rng, size, few)))
         if size > 3 * _SAMPLE:
             found = self._improve(active, _sample(rng, size, _SAMPLE), max(tolerance, _SAMPLE_GAP), rounds)
             active = found.index
@@ -147,7 +147,7 @@ class _Search:
     def _improve(self, active: np.ndarray, index: np.ndarray | None, tolerance: float, rounds: int) -> Weights:
         """Rounds over the candidates of an index, or over all of them."""
         best: Weights | None = None
-        idle, inner = 0, 1e-3 * tolerance
+        idle, inner = 0, 1e-2 * tolerance
         for count in range(1, rounds + 1):
             found = self.master(self.candidates.regressors(active), self.base, inner)
             offset = float((found.support * self.base).sum())
@@ -193,6 +193,12 @@ class _Search:
             _, new = self._offenders(weak.T @ weak, None, 0.0)
             active = np.union1d(active, new)
         return active
+
+    def _different(self, active: np.ndarray) -> np.ndarray:
+        """Equal ones only once."""
+        rows = self.candidates.regressors(active).reshape(len(active), -1)
+        _, first = np.unique(rows, axis=0, return_index=True)
+        return active[np.sort(first)]
 
     def _mean_information(self) -> Array:
         p = len(self.candidates.parameters)
