@@ -105,6 +105,10 @@ class E(Ceiling):
         """The multiplier: at a multiple eigenvalue the gradient would take one eigenvector of many."""
         return -self.gradient(information) if multiplier is None else multiplier
 
+    def inequality_matrix(self, p: int) -> Array:
+        """The unit matrix."""
+        return np.eye(p)
+
     @property
     def log_floor(self) -> float:
         """None: a variance can be as small as it will."""

@@ -184,6 +184,10 @@ class Ceiling(Criterion):
             The next multiplier.
         """
 
+    def inequality_matrix(self, p: int) -> Array | None:
+        """C (p, p), where the value is the least t with C <= t M as a matrix; None, the default, where it is not."""
+        return None
+
     def terms(self) -> Terms:
         """One ceiling, nothing smooth."""
         return Terms(ceilings=((1.0, self),))

@@ -20,14 +20,18 @@ from acalx.arrays import Array
 from acalx.criteria import Criterion
 from acalx.information import Information, Parameter
 
-__all__ = ["Balance", "balance", "sensitivities"]
+__all__ = ["Balance", "balance", "gap_of", "sensitivities"]
 
-_ITERATIONS = 80
+_ITERATIONS = 100
 _TO_BOUNDARY = 0.99  # of the way to the boundary that a step goes at most
-_CLOSEST = 0.3  # of the mean complementarity at which the gap is what was asked for
-_OVERSHOOT = 2.0  # a step that lets the largest sensitivity grow more is halved
-_SHORTEST = 1e-4
-_PATIENCE = 8  # iterations in which the gap does not halve
+_FAST = 0.1  # how far the barrier is below the gap, once a step was
+_GOOD = 0.5  # part of the full one
+_CLOSEST = 0.3  # of the barrier at which the gap is what was asked for
+_APART = 100.0  # slacks times weights may differ so much from the barrier
+_SHORTEST = 1e-6
+_ROUNDING = 1e-14
+_PATIENCE = 8  # iterations in which the gap does not halve, from where it is below
+_FAR = 1e-2
 _SETTLED = 1e-3  # the gap from which it shows which weights are zero at the optimum
 _NEGLIGIBLE = 1e-2  # a weight so much smaller than the slack of its sensitivity
 
@@ -45,14 +49,24 @@ class Balance:
     support : array (p, p)
         S, minus the gradient over the degree; trace(S M) = 1.
     gap : float
-        How much lower exp(loss / degree) could be with other weights on the same positions,
-        relative to it, at most.
+        The efficiency among all weights of the same positions is at least 1 / (1 + gap).
     """
 
     weights: Array
     information: Information
     support: Array
     gap: float
+
+
+def gap_of(criterion: Criterion, information: Information, support: Array, peak: float) -> float:
+    """How far exp(loss / degree) is above its bound, relative to it.
+
+    The bound is for all measures for whose positions trace(S B) + h S h' is `peak` at most.
+    """
+    degree = criterion.degree(len(information.parameters))
+    assert degree is not None  # refused before
+    loss, least = criterion.loss(information), criterion.least_loss(support, information)
+    return max(0.0, float(np.expm1((loss - least) / degree + np.log(peak))))
 
 
 def sensitivities(rows: Array, support: Array) -> Array:
@@ -89,14 +103,14 @@ def balance(
     best: Balance | None = None
     while True:
         inside = _Measure(rows[kept], parameters, criterion, measure.base)
-        weights, slack = _interior(inside, tolerance)
+        end, slack = _interior(inside, tolerance)
         everywhere = np.zeros(len(rows))
-        everywhere[kept] = weights
-        found = measure.at(everywhere)[0]
+        everywhere[kept] = end.weights
+        found = measure.at(everywhere)
         if best is None or found.gap < best.gap:
             best = found
         # with fewer weights rounding errors are smaller, and these are zero at the optimum
-        needed = weights > _NEGLIGIBLE * slack
+        needed = end.weights > _NEGLIGIBLE * slack
         if best.gap <= tolerance or found.gap > _SETTLED or needed.all():
             return best
         kept = kept[needed]
@@ -117,55 +131,63 @@ class _Measure:
         assert degree is not None  # refused before
         return degree
 
-    def at(self, weights: Array) -> tuple[Balance, Array]:
-        """Where these weights lead, and the sensitivity of each position."""
+    def at(self, weights: Array) -> Balance:
+        """Where these weights lead."""
         weighted = (self.rows * np.sqrt(weights)[:, None, None]).reshape(-1, len(self.parameters))
         information = Information(self.base + weighted.T @ weighted, self.parameters)
+        if information.singular:
+            return Balance(weights, information, np.zeros_like(self.base), np.inf)
         support = self.criterion.support(information, None) / self.degree
-        heights = sensitivities(self.rows, support)
-        gap = float((support * self.base).sum() + heights.max()) - 1.0
-        return Balance(weights, information, support, gap), heights
+        peak = float((support * self.base).sum() + sensitivities(self.rows, support).max())
+        return Balance(weights, information, support, gap_of(self.criterion, information, support, peak))
 
 
-def _interior(measure: _Measure, tolerance: float) -> tuple[Array, Array]:
-    """Weights, and slacks of their sensitivities, on the way along the central path to the optimum."""
+def _interior(measure: _Measure, tolerance: float) -> tuple[Balance, Array]:
+    """Along the central path to the optimum: where it ends, and the slacks of the sensitivities there."""
     k = len(measure.rows)
-    here, heights = measure.at(np.full(k, 1.0 / k))
-    level = 1.1 * heights.max()
-    slack = level - heights
-    best, idle = (here.gap, here.weights, slack), 0
+    nearest = _CLOSEST * tolerance / (k + len(measure.parameters))
+    here = measure.at(np.full(k, 1.0 / k))
+    barrier = max(1.0, here.gap) / k
+    slack = barrier / here.weights
+    best, idle = (here, slack), 0
     for _ in range(_ITERATIONS):
-        if best[0] <= tolerance or idle == _PATIENCE:
+        if best[0].gap <= tolerance or idle == _PATIENCE:
             break
-        solve = _newton(here.weights, slack, _curvature(measure, here.information))
-        mean = here.weights @ slack / k
-        change, _ = solve(heights - level)
-        change_slack = -slack * (1.0 + change / here.weights)
-        reach = min(_reach(here.weights, change), _reach(slack, change_slack))
-        predicted = (here.weights + reach * change) @ (slack + reach * change_slack) / k
+        pull = sensitivities(measure.rows, here.support) + barrier / here.weights
+        change = _newton(here.weights, slack, _curvature(measure, here))(pull)
+        change_slack = barrier / here.weights - slack - slack / here.weights * change
+        slope = -float(pull @ change)
+        here, reach = _advance(measure, here, change, barrier, slope)
+        slack = slack + _TO_BOUNDARY * _reach(slack, change_slack) * change_slack
+        slack = np.clip(slack, barrier / (_APART * here.weights), _APART * barrier / here.weights)
+        idle = 0 if here.gap < 0.5 * best[0].gap or here.gap > _FAR else idle + 1
+        if here.gap < best[0].gap:
+            best = here, slack
         # no further along the path than was asked for: beyond, rounding errors take over
-        central = max((max(predicted, 0.0) / mean) ** 3 * mean, _CLOSEST * tolerance / k)
-        target = central - change * change_slack
-        change, rise = solve(heights - level + target / here.weights)
-        change_slack = (target - slack * change) / here.weights - slack
-        reach = _TO_BOUNDARY * min(_reach(here.weights, change), _reach(slack, change_slack))
-        highest = float(heights.max())
-        while True:
-            weights = here.weights + reach * change
-            there, heights = measure.at(weights / weights.sum())
-            if heights.max() <= _OVERSHOOT * highest or reach < _SHORTEST:
-                break
-            reach *= 0.5
-        here = there
-        level += reach * rise
-        slack = slack + reach * change_slack
-        # the loss is not quadratic: the slack is what it is, where that is not far off
-        exact = level - heights
-        slack = np.where((exact > 0.5 * slack) & (exact < 2.0 * slack), exact, slack)
-        idle = 0 if here.gap < 0.5 * best[0] else idle + 1
-        if here.gap < best[0]:
-            best = here.gap, here.weights, slack
-    return best[1], best[2]
+        ahead = (_FAST if reach > _GOOD else 1.0) * here.gap / k
+        barrier = max(min(barrier, ahead), nearest)
+    return best
+
+
+def _advance(
+    measure: _Measure, here: Balance, change: Array, barrier: float, slope: float
+) -> tuple[Balance, float]:
+    """As far along a change of the weights as the loss behind the barrier falls."""
+
+    def height(there: Balance) -> float:
+        if there.information.singular:
+            return np.inf
+        loss = float(measure.criterion.loss(there.information)) / measure.degree
+        return loss - barrier * float(np.log(there.weights).sum())
+
+    reach = _TO_BOUNDARY * _reach(here.weights, change)
+    before = height(here)
+    while True:
+        weights = here.weights + reach * change
+        there = measure.at(weights / weights.sum())
+        if height(there) <= before + 1e-4 * reach * slope + _ROUNDING * (1.0 + abs(before)) or reach < _SHORTEST:
+            return there, reach
+        reach *= 0.5
 
 
 def _reach(values: Array, changes: Array) -> float:
@@ -175,14 +197,14 @@ def _reach(values: Array, changes: Array) -> float:
     return 1.0 if largest <= 1.0 else 1.0 / largest
 
 
-def _curvature(measure: _Measure, information: Information) -> tuple[Array, Array]:
+def _curvature(measure: _Measure, here: Balance) -> tuple[Array, Array]:
     """Second derivative F C F' of loss / degree in the weights: F (k, q) and C (q, q).
 
     Coordinates are those in which the information is the unit matrix, symmetric matrices
     written in an orthonormal basis.
     """
     rows, p = measure.rows, len(measure.parameters)
-    factor = np.linalg.cholesky(information.matrix)
+    factor = np.linalg.cholesky(here.information.matrix)
     upper = np.triu_indices(p)
     scale = np.where(upper[0] == upper[1], 1.0, np.sqrt(2.0))
     whitened = np.linalg.solve(factor, rows.reshape(-1, p).T).T.reshape(rows.shape)
@@ -190,40 +212,34 @@ def _curvature(measure: _Measure, information: Information) -> tuple[Array, Arra
     basis = np.zeros((len(scale), p, p))
     basis[range(len(scale)), upper[0], upper[1]] = 1.0 / scale
     basis[range(len(scale)), upper[1], upper[0]] = 1.0 / scale
-    curvature = measure.criterion.curvature(information, factor @ basis @ factor.T)
+    curvature = measure.criterion.curvature(here.information, factor @ basis @ factor.T)
     return features, curvature / measure.degree
 
 
-def _newton(weights: Array, slack: Array, curvature: tuple[Array, Array]) -> Callable[[Array], tuple[Array, float]]:
-    """Solver of (F C F' + diag(slack / weights)) change + rise = right, sum change = 0."""
+def _newton(weights: Array, slack: Array, curvature: tuple[Array, Array]) -> Callable[[Array], Array]:
+    """Solver of (F C F' + diag(slack / weights)) change = right + constant, sum change = 0."""
     features, middle = curvature
     k, q = features.shape
-    spread = weights / slack
+    scale = np.sqrt(weights / slack)
+    scaled = features * scale[:, None]
     if k <= 2 * q:
-        matrix = features @ middle @ features.T
-        matrix[range(k), range(k)] += 1.0 / spread
-        root = np.linalg.inv(np.linalg.cholesky(matrix))
+        matrix = scaled @ middle @ scaled.T
+        matrix[range(k), range(k)] += 1.0
 
         def solve(right: Array) -> Array:
-            return np.asarray(root.T @ (root @ right))
-    else:  # Woodbury
-        scaled = features * spread[:, None]
-        inner = np.eye(q) + (features.T @ scaled) @ middle
-        inverse = middle @ np.linalg.inv(inner)
-
-        def once(right: Array) -> Array:
-            plain = spread * right
-            return np.asarray(plain - scaled @ (inverse @ (features.T @ plain)))
+            return np.asarray(np.linalg.solve(matrix, right))
+    else:  # Woodbury, by orthogonal columns so that little cancels
+        values, vectors = np.linalg.eigh(middle)
+        rooted = scaled @ (vectors * np.sqrt(np.maximum(values, 0.0)))
+        columns = np.linalg.qr(np.concatenate([rooted, np.eye(q)]))[0][:k]
 
         def solve(right: Array) -> Array:
-            first = once(right)  # what cancels in it is put right by a second one
-            return first + once(right - first / spread - features @ (middle @ (features.T @ first)))
+            first = right - columns @ (columns.T @ right)
+            residual = right - first - rooted @ (rooted.T @ first)
+            return first + residual - columns @ (columns.T @ residual)
 
-    ones = solve(np.ones(k))
-
-    def balanced(right: Array) -> tuple[Array, float]:
-        free = solve(right)
-        rise = float(free.sum() / ones.sum())
-        return free - rise * ones, rise
+    def balanced(right: Array) -> Array:
+        free, ones = (scale[:, None] * solve(scale[:, None] * np.column_stack([right, np.ones(k)]))).T
+        return np.asarray(free - free.sum() / ones.sum() * ones)
 
     return balanced

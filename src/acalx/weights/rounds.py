@@ -27,7 +27,8 @@ from acalx.criteria import Ceiling, Criterion
 from acalx.errors import AcalxError, CompatibilityError
 from acalx.information import Information, Parameter
 from acalx.weights.candidates import Candidates
-from acalx.weights.interior import Balance, balance, sensitivities
+from acalx.weights.interior import Balance, balance, gap_of, sensitivities
+from acalx.weights.semidefinite import balance_semidefinite
 
 __all__ = ["Master", "Weights", "optimal_weights"]
 
@@ -38,7 +39,8 @@ _SAMPLE_GAP = 1e-3
 _ALIKE = 0.98  # squared cosine between regressors, in the metric of S
 _PER_CHUNK = 200
 _POOL = 4000
-_PATIENCE = 6  # rounds in which the gap does not halve
+_LIGHT = 1e-7  # candidates of so much less weight than the largest leave
+_PATIENCE = 6  # rounds in which neither the gap nor the loss falls noticeably
 
 
 @dataclass(frozen=True)
@@ -117,14 +119,23 @@ def optimal_weights(
             "use d, a or e, or give the criterion a degree"
         )
     if master is None:
-        if isinstance(criterion, Ceiling):
-            raise CompatibilityError(f"Newton's method needs a smooth criterion, which {criterion.label} is not")
         master = _newton_master(criterion, candidates.parameters)
     return _Search(candidates, criterion, np.zeros((p, p)) if base is None else base, master).run(tolerance, rounds)
 
 
 def _newton_master(criterion: Criterion, parameters: tuple[Parameter, ...]) -> Master:
-    return lambda rows, base, tolerance: balance(rows, parameters, criterion, base=base, tolerance=tolerance)
+    """Newton's method, of the kind that the criterion admits."""
+    if not isinstance(criterion, Ceiling):
+        return lambda rows, base, tolerance: balance(rows, parameters, criterion, base=base, tolerance=tolerance)
+    inequality = criterion.inequality_matrix(len(parameters))
+    if inequality is None:
+        raise CompatibilityError(
+            f"Newton's method on the weights needs a smooth criterion or a matrix inequality, and {criterion.label} "
+            "is neither; use d, a or e"
+        )
+    return lambda rows, base, tolerance: balance_semidefinite(
+        rows, parameters, criterion, inequality, base=base, tolerance=tolerance
+    )
 
 
 @dataclass
@@ -147,32 +158,25 @@ class _Search:
     def _improve(self, active: np.ndarray, index: np.ndarray | None, tolerance: float, rounds: int) -> Weights:
         """Rounds over the candidates of an index, or over all of them."""
         best: Weights | None = None
-        idle, inner = 0, 1e-2 * tolerance
+        lowest, idle, inner = np.inf, 0, 0.1 * tolerance
         for count in range(1, rounds + 1):
             found = self.master(self.candidates.regressors(active), self.base, inner)
             offset = float((found.support * self.base).sum())
             peak, new = self._offenders(found.support, index, 1.0 - offset + 0.5 * tolerance)
-            gap = self._gap(found, offset + peak)
-            kept = found.weights > 0.0
-            idle = 0 if best is None or gap < 0.5 * best.gap else idle + 1
+            gap = gap_of(self.criterion, found.information, found.support, offset + peak)
+            loss = float(self.criterion.loss(found.information))
+            advance = best is None or gap < 0.5 * best.gap or loss < lowest - 1e-3 * min(best.gap, 1.0)
+            idle = 0 if advance else idle + 1
+            lowest = min(lowest, loss)
             if best is None or gap < best.gap:
-                loss = float(self.criterion.loss(found.information))
-                best = Weights(
-                    active[kept], found.weights[kept], found.information, found.support, loss, gap, count
-                )
-            joined = np.union1d(active[kept], new)
-            if best.gap <= tolerance or idle == _PATIENCE or len(joined) == kept.sum():
+                kept = found.weights > 0.0
+                best = Weights(active[kept], found.weights[kept], found.information, found.support, loss, gap, count)
+            heavy = active[found.weights > _LIGHT * found.weights.max()]
+            if best.gap <= tolerance or idle == _PATIENCE or np.isin(new, active).all():
                 break
-            active = joined
+            active = np.union1d(heavy, new)
         assert best is not None
         return best
-
-    def _gap(self, found: Balance, peak: float) -> float:
-        """How far exp(loss / degree) is above its bound, relative to it."""
-        degree = self.criterion.degree(len(self.candidates.parameters)) or 1.0
-        loss = self.criterion.loss(found.information)
-        least = self.criterion.least_loss(found.support, found.information)
-        return float(np.expm1((loss - least) / degree + np.log(peak)))
 
     def _complete(self, active: np.ndarray) -> np.ndarray:
         """Enough active candidates to estimate all the parameters."""
