@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import final
+from typing import Any, final
 
 import numpy as np
 
@@ -35,6 +35,12 @@ class D(Criterion):
         moved = information.covariance @ directions
         q = len(moved)
         return np.asarray(moved.reshape(q, -1) @ moved.swapaxes(-1, -2).reshape(q, -1).T)
+
+    def convex(self, matrix: Any) -> Any:
+        """-log det M."""
+        import cvxpy
+
+        return -cvxpy.log_det(matrix)
 
     def degree(self, p: int) -> float:
         """p."""
@@ -68,6 +74,12 @@ class A(Criterion):
         slopes = np.einsum("iab,ba->i", along, covariance) / trace
         return np.asarray(2.0 * along.swapaxes(-1, -2).reshape(q, -1) @ twice.T / trace - np.outer(slopes, slopes))
 
+    def convex(self, matrix: Any) -> Any:
+        """tr K."""
+        import cvxpy
+
+        return cvxpy.matrix_frac(np.eye(matrix.shape[0]), matrix)
+
     def degree(self, p: int) -> float:
         """One."""
         return 1.0
@@ -92,6 +104,12 @@ class E(Ceiling):
         values, vectors = np.linalg.eigh(information.matrix)
         worst = vectors[..., 0]
         return np.asarray(-worst[..., :, None] * worst[..., None, :] / values[..., 0, None, None])
+
+    def convex(self, matrix: Any) -> Any:
+        """Minus the smallest eigenvalue of M."""
+        import cvxpy
+
+        return -cvxpy.lambda_min(matrix)
 
     def degree(self, p: int) -> float:
         """One."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -126,6 +127,21 @@ class Criterion(ABC):
             With one matrix, at or near the optimum.
         """
         return self.loss(at)
+
+    def convex(self, matrix: Any) -> Any:
+        """A cvxpy expression of the information, least where the loss is; None, the default, where there is none.
+
+        Parameters
+        ----------
+        matrix : cvxpy.Variable (p, p)
+            Symmetric.
+
+        Returns
+        -------
+        cvxpy.Expression or None
+            A scalar, convex by cvxpy's rules; any rising function of the loss will do.
+        """
+        return None
 
     def terms(self) -> Terms:
         """The loss taken apart for optimizers that need smooth functions."""

@@ -29,6 +29,7 @@ from acalx.information import Information, Parameter
 from acalx.weights.candidates import Candidates
 from acalx.weights.interior import Balance, balance, gap_of, sensitivities
 from acalx.weights.semidefinite import balance_semidefinite
+from acalx.weights.support import thinned
 
 __all__ = ["Master", "Weights", "optimal_weights"]
 
@@ -87,6 +88,7 @@ def optimal_weights(
     tolerance: float = 1e-6,
     rounds: int = 60,
     master: Master | None = None,
+    start: np.ndarray | None = None,
 ) -> Weights:
     """Weights of candidate positions for which a criterion is least, and the proof.
 
@@ -103,7 +105,10 @@ def optimal_weights(
         Most rounds over the candidates; what was reached by then is returned with its gap.
     master : callable, optional
         Optimal weights of a few positions, from their regressors (k, m, p), the base and the
-        gap that is wanted. None: Newton's method, for smooth criteria.
+        gap that is wanted. None: Newton's method.
+    start : array of int, optional
+        Numbers of candidates with which to start, such as those of a coarser solution. They
+        must be able to estimate all the parameters.
 
     Raises
     ------
@@ -120,7 +125,9 @@ def optimal_weights(
         )
     if master is None:
         master = _newton_master(criterion, candidates.parameters)
-    return _Search(candidates, criterion, np.zeros((p, p)) if base is None else base, master).run(tolerance, rounds)
+    return _Search(candidates, criterion, np.zeros((p, p)) if base is None else base, master).run(
+        tolerance, rounds, start
+    )
 
 
 def _newton_master(criterion: Criterion, parameters: tuple[Parameter, ...]) -> Master:
@@ -145,7 +152,9 @@ class _Search:
     base: Array
     master: Master
 
-    def run(self, tolerance: float, rounds: int) -> Weights:
+    def run(self, tolerance: float, rounds: int, start: np.ndarray | None) -> Weights:
+        if start is not None:
+            return self._thinned(self._improve(start, None, tolerance, rounds), tolerance)
         size, p = len(self.candidates), len(self.candidates.parameters)
         rng = np.random.default_rng(0)
         few = 2 * p * (p + 1) + 100
@@ -153,7 +162,7 @@ class _Search:
         if size > 3 * _SAMPLE:
             found = self._improve(active, _sample(rng, size, _SAMPLE), max(tolerance, _SAMPLE_GAP), rounds)
             active = found.index
-        return self._improve(active, None, tolerance, rounds)
+        return self._thinned(self._improve(active, None, tolerance, rounds), tolerance)
 
     def _improve(self, active: np.ndarray, index: np.ndarray | None, tolerance: float, rounds: int) -> Weights:
         """Rounds over the candidates of an index, or over all of them."""
@@ -177,6 +186,24 @@ class _Search:
             active = np.union1d(heavy, new)
         assert best is not None
         return best
+
+    def _thinned(self, found: Weights, tolerance: float) -> Weights:
+        """The same information from fewer candidates, where that costs nothing."""
+        rows = self.candidates.regressors(found.index)
+        weights = np.where(found.weights < 0.01 * tolerance, 0.0, found.weights)
+        kept = weights > 0.0
+        weights[kept] = thinned(rows[kept], weights[kept])
+        kept = weights > 0.0
+        matrix = self.base + np.einsum("k,kma,kmb->ab", weights[kept], rows[kept], rows[kept])
+        information = Information(matrix, found.information.parameters)
+        support = self.criterion.support(information, found.support)
+        support = support / float((support * matrix).sum())
+        peak, _ = self._offenders(support, None, np.inf)
+        gap = gap_of(self.criterion, information, support, float((support * self.base).sum()) + peak)
+        if gap > max(tolerance, 1.01 * found.gap):
+            return found
+        loss = float(self.criterion.loss(information))
+        return Weights(found.index[kept], weights[kept], information, support, loss, gap, found.rounds + 1)
 
     def _complete(self, active: np.ndarray) -> np.ndarray:
         """Enough active candidates to estimate all the parameters."""
