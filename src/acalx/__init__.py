@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from acalx.information import Information, Parameter
     from acalx.metrics import figures_of_merit
     from acalx.models import Model, ScalarAccel
-    from acalx.optimizers import DifferentialEvolution, Gradient, Optimizer, Result
+    from acalx.optimizers import Convex, DifferentialEvolution, Gradient, Optimizer, Result
     from acalx.problem import Problem
     from acalx.programs import Program, find_program, published, read_program
     from acalx.stands import Setting, Stand, TwoAxis
@@ -25,6 +25,7 @@ __version__ = "0.1.0"
 __all__ = [
     "A",
     "AcalxError",
+    "Convex",
     "Criterion",
     "D",
     "DifferentialEvolution",
@@ -56,7 +57,7 @@ _HOMES = {
     "acalx.information": ("Information", "Parameter"),
     "acalx.metrics": ("figures_of_merit",),
     "acalx.models": ("Model", "ScalarAccel"),
-    "acalx.optimizers": ("DifferentialEvolution", "Gradient", "Optimizer", "Result"),
+    "acalx.optimizers": ("Convex", "DifferentialEvolution", "Gradient", "Optimizer", "Result"),
     "acalx.problem": ("Problem",),
     "acalx.programs": ("Program", "find_program", "published", "read_program"),
     "acalx.stands": ("Setting", "Stand", "TwoAxis"),

@@ -36,8 +36,8 @@ class D(Criterion):
         q = len(moved)
         return np.asarray(moved.reshape(q, -1) @ moved.swapaxes(-1, -2).reshape(q, -1).T)
 
-    def convex(self, matrix: Any) -> Any:
-        """-log det M."""
+    def convex(self, matrix: Any, factor: Array) -> Any:
+        """-log det of the matrix: the factor only adds a constant."""
         import cvxpy
 
         return -cvxpy.log_det(matrix)
@@ -74,11 +74,12 @@ class A(Criterion):
         slopes = np.einsum("iab,ba->i", along, covariance) / trace
         return np.asarray(2.0 * along.swapaxes(-1, -2).reshape(q, -1) @ twice.T / trace - np.outer(slopes, slopes))
 
-    def convex(self, matrix: Any) -> Any:
-        """tr K."""
+    def convex(self, matrix: Any, factor: Array) -> Any:
+        """tr K, in units in which it is of the order of one."""
         import cvxpy
 
-        return cvxpy.matrix_frac(np.eye(matrix.shape[0]), matrix)
+        root = np.linalg.inv(factor)
+        return cvxpy.matrix_frac(root / np.linalg.norm(root), matrix)
 
     def degree(self, p: int) -> float:
         """One."""
@@ -105,11 +106,11 @@ class E(Ceiling):
         worst = vectors[..., 0]
         return np.asarray(-worst[..., :, None] * worst[..., None, :] / values[..., 0, None, None])
 
-    def convex(self, matrix: Any) -> Any:
+    def convex(self, matrix: Any, factor: Array) -> Any:
         """Minus the smallest eigenvalue of M."""
         import cvxpy
 
-        return -cvxpy.lambda_min(matrix)
+        return -cvxpy.lambda_min(factor @ matrix @ factor.T)
 
     def degree(self, p: int) -> float:
         """One."""

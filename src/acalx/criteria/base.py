@@ -128,18 +128,24 @@ class Criterion(ABC):
         """
         return self.loss(at)
 
-    def convex(self, matrix: Any) -> Any:
-        """A cvxpy expression of the information, least where the loss is; None, the default, where there is none.
+    def convex(self, matrix: Any, factor: Array) -> Any:
+        """A cvxpy expression that is least where the loss is; None, the default, where there is none.
+
+        The information is factor @ matrix @ factor.T. A form in which the factor is taken out,
+        up to a positive factor or a constant, is more accurate where the parameters differ much
+        in how well they are seen.
 
         Parameters
         ----------
         matrix : cvxpy.Variable (p, p)
-            Symmetric.
+            Symmetric, not far from the unit matrix.
+        factor : array (p, p)
+            Lower triangular.
 
         Returns
         -------
         cvxpy.Expression or None
-            A scalar, convex by cvxpy's rules; any rising function of the loss will do.
+            A scalar, convex by cvxpy's rules.
         """
         return None
 

@@ -14,7 +14,7 @@ from acalx.arrays import Array
 from acalx.errors import AcalxError, CompatibilityError
 from acalx.problem import Problem
 
-__all__ = ["Account", "Optimizer", "Result", "Solution", "Status", "Watch"]
+__all__ = ["Account", "Design", "Optimizer", "Result", "Solution", "Status", "Watch"]
 
 Status = Literal["ok", "limit", "interrupted"]
 Watch = Callable[["Account"], None]
@@ -32,6 +32,49 @@ class Solution:
 
     settings: Array
     loss: float
+
+
+@dataclass(frozen=True)
+class Design:
+    """An approximate design: positions and the share of the measurements, or of the time, that each gets.
+
+    Parameters
+    ----------
+    settings : array (k, d), in rad
+    weights : array (k,)
+        Positive, their sum is 1.
+    points : array (k,) of int
+        Number of the support point, from 0. On a grid neighbors share the weight of an optimum
+        that lies between them, and have the same number.
+    loss : float
+        Of one measurement, on average; for n measurements it is lower by degree times log n.
+    gap : float
+        The efficiency among all designs on the candidates is at least 1 / (1 + gap).
+    candidates : int
+        From how many positions it was chosen.
+    method : str
+        How it was found.
+    """
+
+    settings: Array
+    weights: Array
+    points: np.ndarray
+    loss: float
+    gap: float
+    candidates: int
+    method: str
+
+    @property
+    def count(self) -> int:
+        """Number of support points."""
+        return int(self.points.max()) + 1
+
+    def merged(self) -> tuple[Array, Array]:
+        """One position for each support point, the heaviest, with the weight of all: (c, d) and (c,)."""
+        totals = np.bincount(self.points, self.weights)
+        order = np.argsort(-self.weights, kind="stable")
+        _, first = np.unique(self.points[order], return_index=True)
+        return self.settings[order[first]], totals
 
 
 @dataclass(frozen=True)
@@ -55,6 +98,8 @@ class Result:
         Each time the best loss fell.
     gain : float or None
         By how much the final polish lowered the loss; None where there was none.
+    design : Design or None
+        The approximate design that was rounded, where there was one.
     """
 
     status: Status
@@ -64,6 +109,7 @@ class Result:
     seconds: float
     history: list[tuple[int, float, float]]
     gain: float | None = None
+    design: Design | None = None
 
     @property
     def best(self) -> Solution:

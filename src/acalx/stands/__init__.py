@@ -4,4 +4,4 @@ from acalx.stands.base import Setting, Stand
 from acalx.stands.grid import Grid, grid_over
 from acalx.stands.two_axis import TwoAxis
 
-__all__ = ["Grid", "grid_over", "Setting", "Stand", "TwoAxis"]
+__all__ = ["Grid", "Setting", "Stand", "TwoAxis", "grid_over"]

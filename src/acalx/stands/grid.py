@@ -10,7 +10,7 @@ from typing import final
 import numpy as np
 
 from acalx.arrays import Array
-from acalx.stands.base import Setting
+from acalx.stands.setting import Setting
 
 __all__ = ["Grid", "grid_over"]
 
@@ -71,4 +71,3 @@ def _axis(setting: Setting, count: int) -> Array:
     if count >= len(stops):
         return stops
     return stops[np.unique(np.linspace(0, len(stops) - 1, count).round().astype(int))]
-

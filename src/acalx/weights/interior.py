@@ -169,9 +169,7 @@ def _interior(measure: _Measure, tolerance: float) -> tuple[Balance, Array]:
     return best
 
 
-def _advance(
-    measure: _Measure, here: Balance, change: Array, barrier: float, slope: float
-) -> tuple[Balance, float]:
+def _advance(measure: _Measure, here: Balance, change: Array, barrier: float, slope: float) -> tuple[Balance, float]:
     """As far along a change of the weights as the loss behind the barrier falls."""
 
     def height(there: Balance) -> float:

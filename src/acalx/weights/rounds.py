@@ -29,7 +29,7 @@ from acalx.information import Information, Parameter
 from acalx.weights.candidates import Candidates
 from acalx.weights.interior import Balance, balance, gap_of, sensitivities
 from acalx.weights.semidefinite import balance_semidefinite
-from acalx.weights.support import thinned
+from acalx.weights.support import Cosines, thinned
 
 __all__ = ["Master", "Weights", "optimal_weights"]
 
@@ -37,7 +37,7 @@ Master = Callable[[Array, Array, float], Balance]
 
 _SAMPLE = 20_000
 _SAMPLE_GAP = 1e-3
-_ALIKE = 0.98  # squared cosine between regressors, in the metric of S
+_ALIKE = 0.98  # squared cosine between regressors, in the metric of the covariance
 _PER_CHUNK = 200
 _POOL = 4000
 _LIGHT = 1e-7  # candidates of so much less weight than the largest leave
@@ -171,7 +171,9 @@ class _Search:
         for count in range(1, rounds + 1):
             found = self.master(self.candidates.regressors(active), self.base, inner)
             offset = float((found.support * self.base).sum())
-            peak, new = self._offenders(found.support, index, 1.0 - offset + 0.5 * tolerance)
+            peak, new = self._offenders(
+                found.support, found.information.covariance, index, 1.0 - offset + 0.5 * tolerance
+            )
             gap = gap_of(self.criterion, found.information, found.support, offset + peak)
             loss = float(self.criterion.loss(found.information))
             advance = best is None or gap < 0.5 * best.gap or loss < lowest - 1e-3 * min(best.gap, 1.0)
@@ -198,7 +200,7 @@ class _Search:
         information = Information(matrix, found.information.parameters)
         support = self.criterion.support(information, found.support)
         support = support / float((support * matrix).sum())
-        peak, _ = self._offenders(support, None, np.inf)
+        peak, _ = self._offenders(support, information.covariance, None, np.inf)
         gap = gap_of(self.criterion, information, support, float((support * self.base).sum()) + peak)
         if gap > max(tolerance, 1.01 * found.gap):
             return found
@@ -221,7 +223,7 @@ class _Search:
             weak = vectors[:, values < 1e-6].T @ root
             if not len(weak):
                 break
-            _, new = self._offenders(weak.T @ weak, None, 0.0)
+            _, new = self._offenders(weak.T @ weak, root.T @ root, None, 0.0)
             active = np.union1d(active, new)
         return active
 
@@ -239,7 +241,9 @@ class _Search:
             total += flat.T @ flat
         return total / len(self.candidates)
 
-    def _offenders(self, support: Array, index: np.ndarray | None, level: float) -> tuple[float, np.ndarray]:
+    def _offenders(
+        self, support: Array, covariance: Array, index: np.ndarray | None, level: float
+    ) -> tuple[float, np.ndarray]:
         """Largest sensitivity, and numbers of candidates above a level, unlike each other."""
         peak = -np.inf
         pools: list[tuple[Array, np.ndarray]] = []
@@ -253,21 +257,16 @@ class _Search:
         heights, numbers = (np.concatenate(parts) for parts in zip(*pools, strict=True))
         order = np.argsort(-heights, kind="stable")[:_POOL]
         numbers = numbers[order[heights[order] > level + 0.05 * (peak - level)]]
-        return peak, self._unlike(numbers, support)
+        return peak, self._unlike(numbers, covariance)
 
-    def _unlike(self, numbers: np.ndarray, support: Array) -> np.ndarray:
+    def _unlike(self, numbers: np.ndarray, covariance: Array) -> np.ndarray:
         """The first of each set of candidates that are alike, where the best come first."""
-        most = 3 * len(support)
-        values, vectors = np.linalg.eigh(support)
-        rows = self.candidates.regressors(numbers) @ (vectors * np.sqrt(np.maximum(values, 0.0)))
-        sizes = np.sqrt(np.einsum("kma,kmb,knb,kna->k", rows, rows, rows, rows, optimize=True))
+        cosines = Cosines(self.candidates.regressors(numbers), covariance)
         left = np.arange(len(numbers))
         kept: list[int] = []
-        while len(left) and len(kept) < most:
-            first = left[0]
-            kept.append(int(first))
-            products = (np.einsum("kma,na->kmn", rows[left], rows[first]) ** 2).sum(axis=(1, 2))
-            left = left[products < _ALIKE * sizes[left] * sizes[first]]
+        while len(left) and len(kept) < 3 * len(covariance):
+            kept.append(int(left[0]))
+            left = left[cosines(left, kept[-1]) < _ALIKE]
         return numbers[kept]
 
 

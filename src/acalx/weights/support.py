@@ -6,7 +6,7 @@ import numpy as np
 
 from acalx.arrays import Array
 
-__all__ = ["alike", "efficient_rounding", "random_roundings", "thinned"]
+__all__ = ["Cosines", "alike", "efficient_rounding", "random_roundings", "thinned"]
 
 
 def thinned(rows: Array, weights: Array) -> Array:
@@ -45,24 +45,41 @@ def thinned(rows: Array, weights: Array) -> Array:
     return weights / weights.sum()
 
 
-def alike(rows: Array, weights: Array, support: Array, cosine: float = 0.98) -> np.ndarray:
+class Cosines:
+    """How much alike positions are: squared cosines of their regressors in the metric of the covariance.
+
+    Parameters
+    ----------
+    rows : array (k, m, p)
+    covariance : array (p, p)
+    """
+
+    def __init__(self, rows: Array, covariance: Array) -> None:
+        self.rows = rows @ np.linalg.cholesky(covariance)
+        self.sizes = np.sqrt(np.einsum("kma,kmb,knb,kna->k", *(4 * [self.rows]), optimize=True))
+        self.sizes = np.maximum(self.sizes, np.finfo(float).tiny)
+
+    def __call__(self, some: np.ndarray, other: int) -> Array:
+        """Of some positions and another one, by their numbers: 1 where they are the same."""
+        products = (np.einsum("kma,na->kmn", self.rows[some], self.rows[other]) ** 2).sum(axis=(1, 2))
+        return np.asarray(products / (self.sizes[some] * self.sizes[other]))
+
+
+def alike(rows: Array, weights: Array, covariance: Array, cosine: float = 0.98) -> np.ndarray:
     """Number of the support point that each position belongs to, (k,) from 0.
 
-    On a grid neighbors share the weight of an optimum between them. Positions belong together
-    where the squared cosine of their regressors in the metric of S is larger, to the heaviest.
+    On a grid neighbors share the weight of an optimum between them. Each position belongs to
+    the heaviest one whose squared cosine with it is larger.
     """
-    values, vectors = np.linalg.eigh(support)
-    rows = rows @ (vectors * np.sqrt(np.maximum(values, 0.0)))
-    sizes = np.sqrt(np.einsum("kma,kmb,knb,kna->k", rows, rows, rows, rows, optimize=True))
+    cosines = Cosines(rows, covariance)
     number = np.full(len(rows), -1)
     count = 0
     for first in np.argsort(-weights, kind="stable"):
-        if number[first] >= 0:
-            continue
-        products = (np.einsum("kma,na->kmn", rows, rows[first]) ** 2).sum(axis=(1, 2))
-        number[(number < 0) & (products >= cosine * sizes * sizes[first])] = count
-        number[first] = count
-        count += 1
+        free = np.flatnonzero(number < 0)
+        if number[first] < 0:
+            number[free[cosines(free, int(first)) >= cosine]] = count
+            number[first] = count
+            count += 1
     return number
 
 
