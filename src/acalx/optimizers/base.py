@@ -71,7 +71,7 @@ class Design:
 
     def merged(self) -> tuple[Array, Array]:
         """One position for each support point, the heaviest, with the weight of all: (c, d) and (c,)."""
-        totals = np.bincount(self.points, self.weights)
+        totals = np.bincount(self.points, self.weights).astype(float)
         order = np.argsort(-self.weights, kind="stable")
         _, first = np.unique(self.points[order], return_index=True)
         return self.settings[order[first]], totals

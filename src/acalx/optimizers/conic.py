@@ -14,7 +14,7 @@ from acalx.errors import AcalxError
 from acalx.information import Information, Parameter
 from acalx.weights import Balance, gap_of, sensitivities
 
-__all__ = ["Conic", "SolverFailure", "choose_solvers", "installed_solvers"]
+__all__ = ["Conic", "SolverError", "choose_solvers", "installed_solvers"]
 
 # In this order where none is named; both solve semidefinite and exponential cones.
 _PREFERRED = ("CLARABEL", "SCS")
@@ -24,7 +24,7 @@ _LIMITS = {"CLARABEL": {"time_limit": 10.0}, "SCS": {"time_limit_secs": 3.0}}
 _POOR = 0.01
 
 
-class SolverFailure(AcalxError):
+class SolverError(AcalxError):
     """A solver of cvxpy that did not solve."""
 
 
@@ -77,7 +77,7 @@ class Conic:
 
         Raises
         ------
-        SolverFailure
+        SolverError
             The solver raised, or ended without a solution.
         """
         mean = np.einsum("kma,kmb->ab", rows, rows) / len(rows) + base
@@ -90,13 +90,13 @@ class Conic:
         weights /= weights.sum()
         information = Information(base + np.tensordot(weights, outer, 1), self.parameters)
         if information.singular:
-            raise SolverFailure(f"{self.solver} ended with weights that can't estimate all the parameters")
+            raise SolverError(f"{self.solver} ended with weights that can't estimate all the parameters")
         support = self.criterion.support(information, multiplier)
         support = support / float((support * information.matrix).sum())
         peak = float((support * base).sum() + sensitivities(rows, support).max())
         found = Balance(weights, information, support, gap_of(self.criterion, information, support, peak))
         if found.gap > _POOR:
-            raise SolverFailure(f"{self.solver} ended at a relative gap of {found.gap:.0e}")
+            raise SolverError(f"{self.solver} ended at a relative gap of {found.gap:.0e}")
         return found
 
     def _solve(self, outer: Array, base: Array, factor: Array) -> tuple[Array, Array]:
@@ -114,9 +114,9 @@ class Conic:
             try:
                 problem.solve(solver=self.solver, **_LIMITS.get(self.solver, {}))
             except (cvxpy.error.SolverError, cvxpy.error.DCPError, ArithmeticError, ValueError) as error:
-                raise SolverFailure(f"{self.solver} failed: {_first_line(error)}") from error
+                raise SolverError(f"{self.solver} failed: {_first_line(error)}") from error
         if problem.status not in (cvxpy.OPTIMAL, cvxpy.OPTIMAL_INACCURATE):
-            raise SolverFailure(f"{self.solver} ended with status {problem.status}")
+            raise SolverError(f"{self.solver} ended with status {problem.status}")
         self.inaccurate |= problem.status == cvxpy.OPTIMAL_INACCURATE
         dual = np.asarray(equation.dual_value).reshape(p, p)
         values, vectors = np.linalg.eigh(-0.5 * (dual + dual.T))

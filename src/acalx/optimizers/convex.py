@@ -11,7 +11,7 @@ from acalx.arrays import Array
 from acalx.errors import AcalxError, ArgumentError, CompatibilityError
 from acalx.optimizers.agreement import distinct_solutions, judge
 from acalx.optimizers.base import Account, Design, Optimizer, Result
-from acalx.optimizers.conic import Conic, SolverFailure, choose_solvers, installed_solvers
+from acalx.optimizers.conic import Conic, SolverError, choose_solvers, installed_solvers
 from acalx.optimizers.descent import Descent, descend
 from acalx.optimizers.options import require_count, require_positive
 from acalx.optimizers.stops import descend_stops
@@ -140,7 +140,7 @@ class Convex(Optimizer):
                     rounds=self.rounds,
                     master=conic,
                 )
-            except SolverFailure as failure:
+            except SolverError as failure:
                 if self.solver is not None:
                     installed = ", ".join(installed_solvers())
                     raise AcalxError(f"solver={self.solver}: {failure}; installed are {installed}") from failure
@@ -169,7 +169,7 @@ class Convex(Optimizer):
         # with fewer positions than points some roundings can't estimate all the parameters
         singular = ~np.isfinite(problem.loss(programs))
         programs[singular] = problem.random(rng, int(singular.sum()))
-        return programs
+        return np.asarray(programs)
 
 
 def polish(problem: Problem, programs: Array, account: Account) -> Descent:

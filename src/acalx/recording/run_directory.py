@@ -122,14 +122,10 @@ class RunDirectory:
         rank = np.empty(len(totals), dtype=int)
         rank[np.argsort(-totals, kind="stable")] = np.arange(1, len(totals) + 1)
         order = np.lexsort([-design.weights, rank[design.points]])
+        weights = design.weights[order].tolist()
         rows = [
-            [
-                int(rank[design.points[k]]),
-                *row[1:],
-                repr(float(design.weights[k])),
-                repr(float(100 * design.weights[k])),
-            ]
-            for k, row in zip(order, _rows(stand, design.settings[order]), strict=True)
+            [int(rank[design.points[k]]), *row[1:], repr(weight), repr(100 * weight)]
+            for k, row, weight in zip(order, _rows(stand, design.settings[order]), weights, strict=True)
         ]
         self._write_table("weights.csv", ["point", *_columns(stand), "weight", "dwell_share"], rows)
 

@@ -70,4 +70,4 @@ def _axis(setting: Setting, count: int) -> Array:
     stops = setting.stops()
     if count >= len(stops):
         return stops
-    return stops[np.unique(np.linspace(0, len(stops) - 1, count).round().astype(int))]
+    return np.asarray(stops[np.unique(np.linspace(0, len(stops) - 1, count).round().astype(int))])

@@ -92,7 +92,7 @@ class Rows(Candidates):
     @property
     def outputs(self) -> int:
         """From the shape of the rows."""
-        return self.rows.shape[1]
+        return int(self.rows.shape[1])
 
     def regressors(self, index: slice | np.ndarray) -> Array:
         """Some of the rows."""

@@ -74,7 +74,7 @@ def sensitivities(rows: Array, support: Array) -> Array:
     k, m, p = rows.shape
     flat = rows.reshape(k * m, p)
     values = np.einsum("ij,ij->i", flat @ support, flat)
-    return values if m == 1 else values.reshape(k, m).sum(axis=1)
+    return np.asarray(values.reshape(k, m).sum(axis=1))
 
 
 def balance(
@@ -234,7 +234,7 @@ def _newton(weights: Array, slack: Array, curvature: tuple[Array, Array]) -> Cal
         def solve(right: Array) -> Array:
             first = right - columns @ (columns.T @ right)
             residual = right - first - rooted @ (rooted.T @ first)
-            return first + residual - columns @ (columns.T @ residual)
+            return np.asarray(first + residual - columns @ (columns.T @ residual))
 
     def balanced(right: Array) -> Array:
         free, ones = (scale[:, None] * solve(scale[:, None] * np.column_stack([right, np.ones(k)]))).T

@@ -118,13 +118,13 @@ class _State:
         values, vectors = np.linalg.eigh(matrix)
         inverse = (vectors / values) @ vectors.T
         size = len(self.weights) + len(matrix)
-        barrier = (self.weights @ self.slack + float((matrix * self.dual).sum())) / size
+        barrier = float(self.weights @ self.slack + (matrix * self.dual).sum()) / size
         solve = self._system(inverse)
         ahead = solve(0.0, np.zeros_like(self.weights), np.zeros_like(matrix))
         one, other = self._reaches(matrix, ahead)
-        far = (self.weights + one * ahead.weights) @ (self.slack + other * ahead.slack)
-        far += ((matrix + one * ahead.matrix) * (self.dual + other * ahead.dual)).sum()
-        target = max(min(1.0, max(0.0, float(far) / size / barrier)) ** 3 * barrier, nearest)
+        far = float((self.weights + one * ahead.weights) @ (self.slack + other * ahead.slack))
+        far += float(((matrix + one * ahead.matrix) * (self.dual + other * ahead.dual)).sum())
+        target = max(min(1.0, max(0.0, far / size / barrier)) ** 3 * barrier, nearest)
         bend = ahead.matrix @ ahead.dual
         change = solve(target, ahead.weights * ahead.slack, bend)
         one, other = (_TO_BOUNDARY * reach for reach in self._reaches(matrix, change))
@@ -195,4 +195,4 @@ def _unit_diagonal(matrix: Array) -> Array:
 def _reach_matrix(matrix: Array, change: Array) -> float:
     """Largest step, up to 1, at which the matrix stays positive semidefinite."""
     root = np.linalg.inv(np.linalg.cholesky(matrix))
-    return _reach(np.ones(len(matrix)), np.linalg.eigvalsh(root @ change @ root.T))
+    return _reach(np.ones(len(matrix)), np.asarray(np.linalg.eigvalsh(root @ change @ root.T), dtype=float))

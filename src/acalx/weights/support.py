@@ -42,7 +42,7 @@ def thinned(rows: Array, weights: Array) -> Array:
         null -= np.outer(null[:, column] / null[gone, column], null[gone])
         null = np.delete(np.delete(null, column, axis=1), gone, axis=0)
         left = np.delete(left, gone)
-    return weights / weights.sum()
+    return np.asarray(weights / weights.sum())
 
 
 class Cosines:
