@@ -105,8 +105,9 @@ class Conic:
 
         k, p, _ = outer.shape
         weights, matrix = cvxpy.Variable(k, nonneg=True), cvxpy.Variable((p, p), symmetric=True)
-        weighted = cvxpy.reshape(outer.reshape(k, -1).T @ weights, (p, p), order="C")
-        equation = weighted + base == matrix
+        upper = np.triu_indices(p)  # the rest would be the same equations again, which solvers stumble over
+        weighted = outer[:, upper[0], upper[1]].T @ weights
+        equation = weighted + base[upper] == matrix[upper[0], upper[1]]
         form: Any = self.criterion.convex(matrix, factor)
         problem = cvxpy.Problem(cvxpy.Minimize(form), [equation, cvxpy.sum(weights) == 1])
         with warnings.catch_warnings():
@@ -118,8 +119,9 @@ class Conic:
         if problem.status not in (cvxpy.OPTIMAL, cvxpy.OPTIMAL_INACCURATE):
             raise SolverError(f"{self.solver} ended with status {problem.status}")
         self.inaccurate |= problem.status == cvxpy.OPTIMAL_INACCURATE
-        dual = np.asarray(equation.dual_value).reshape(p, p)
-        values, vectors = np.linalg.eigh(-0.5 * (dual + dual.T))
+        dual = np.zeros((p, p))
+        dual[upper] = -np.asarray(equation.dual_value)
+        values, vectors = np.linalg.eigh(0.5 * (dual + dual.T))
         return np.asarray(weights.value), (vectors * np.maximum(values, 0.0)) @ vectors.T
 
 

@@ -32,6 +32,8 @@ __all__ = ["Convex"]
 _CONIC_GAP = 1e-4
 # So many random roundings are looked at for each one that is polished.
 _DRAWS = 8
+# and its angles are moved by so much, in rad, as a standard deviation.
+_SHAKE = 0.1
 
 
 @final
@@ -166,10 +168,19 @@ class Convex(Optimizer):
         programs = settings[[np.repeat(numbers, counts) for counts in (efficient, *drawn)]]
         order = np.argsort(problem.loss(programs[1:]), kind="stable") + 1
         programs = programs[np.concatenate([[0], order])[: self.roundings]]
+        programs[1:] = _shaken(problem, rng, programs[1:])
         # with fewer positions than points some roundings can't estimate all the parameters
         singular = ~np.isfinite(problem.loss(programs))
         programs[singular] = problem.random(rng, int(singular.sum()))
         return np.asarray(programs)
+
+
+def _shaken(problem: Problem, rng: np.random.Generator, programs: Array) -> Array:
+    """Angles moved a little: on the symmetric points of a design a descent can end on a saddle."""
+    lower, upper = problem.stand.free_bounds.T
+    free = np.array([setting.step is None for setting in problem.stand.settings])
+    moved = np.clip(programs + rng.normal(0.0, _SHAKE, programs.shape), lower, upper)
+    return np.where(free, moved, programs)
 
 
 def polish(problem: Problem, programs: Array, account: Account) -> Descent:

@@ -149,7 +149,7 @@ def _interior(measure: _Measure, tolerance: float) -> tuple[Balance, Array]:
     here = measure.at(np.full(k, 1.0 / k))
     barrier = max(1.0, here.gap) / k
     slack = barrier / here.weights
-    best, idle = (here, slack), 0
+    best, goal, idle = (here, slack), 0.5 * here.gap, 0
     for _ in range(_ITERATIONS):
         if best[0].gap <= tolerance or idle == _PATIENCE:
             break
@@ -160,7 +160,8 @@ def _interior(measure: _Measure, tolerance: float) -> tuple[Balance, Array]:
         here, reach = _advance(measure, here, change, barrier, slope)
         slack = slack + _TO_BOUNDARY * _reach(slack, change_slack) * change_slack
         slack = np.clip(slack, barrier / (_APART * here.weights), _APART * barrier / here.weights)
-        idle = 0 if here.gap < 0.5 * best[0].gap or here.gap > _FAR else idle + 1
+        idle = 0 if here.gap < goal or here.gap > _FAR else idle + 1
+        goal = 0.5 * here.gap if here.gap < goal else goal
         if here.gap < best[0].gap:
             best = here, slack
         # no further along the path than was asked for: beyond, rounding errors take over

@@ -167,7 +167,7 @@ class _Search:
     def _improve(self, active: np.ndarray, index: np.ndarray | None, tolerance: float, rounds: int) -> Weights:
         """Rounds over the candidates of an index, or over all of them."""
         best: Weights | None = None
-        lowest, idle, inner = np.inf, 0, 0.1 * tolerance
+        goal, lowest, idle, inner = np.inf, np.inf, 0, 0.1 * tolerance
         for count in range(1, rounds + 1):
             found = self.master(self.candidates.regressors(active), self.base, inner)
             offset = float((found.support * self.base).sum())
@@ -176,8 +176,9 @@ class _Search:
             )
             gap = gap_of(self.criterion, found.information, found.support, offset + peak)
             loss = float(self.criterion.loss(found.information))
-            advance = best is None or gap < 0.5 * best.gap or loss < lowest - 1e-3 * min(best.gap, 1.0)
+            advance = gap < goal or loss < lowest - 1e-3 * min(gap, 1.0)
             idle = 0 if advance else idle + 1
+            goal = 0.5 * gap if gap < goal else goal
             lowest = min(lowest, loss)
             if best is None or gap < best.gap:
                 kept = found.weights > 0.0

@@ -56,26 +56,30 @@ def balance_semidefinite(
     k, _, p = rows.shape
     base = np.zeros((p, p)) if base is None else base
     even = np.full(k, 1.0 / k)
-    start = Information(_information(rows, base, even), parameters)
-    unit = float(np.exp(-criterion.loss(start)))  # t at the start: what follows is free of units
-    rows, base = rows / np.sqrt(unit), base / unit
-    matrix = _information(rows, base, even) - 0.5 * inequality
-    state = _State(even, np.ones(k), matrix, np.eye(p) / np.trace(inequality), rows, inequality)
+    # in coordinates in which the information is I at the start, and t = 1
+    root = np.linalg.inv(np.linalg.cholesky(_information(rows, base, even)))
+    limit = root @ inequality @ root.T
+    limit = limit / np.linalg.eigvalsh(limit)[-1]
+    inside, ready = rows @ root.T, root @ base @ root.T
+    state = _State(even, np.ones(k), np.eye(p) - 0.5 * limit, np.eye(p) / np.trace(limit), inside, limit)
     nearest = _CLOSEST * tolerance / (k + p)
 
     def judged(state: _State) -> Balance:
-        information = Information(unit * _information(rows, base, state.weights), parameters)
-        support = state.dual / float((state.dual * information.matrix).sum())
-        peak = float(unit * ((support * base).sum() + sensitivities(rows, support).max()))
+        within = _information(inside, ready, state.weights)
+        dual = state.dual / float((state.dual * within).sum())
+        peak = float((dual * ready).sum() + sensitivities(inside, dual).max())
+        information, support = Information(_information(rows, base, state.weights), parameters), root.T @ dual @ root
         return Balance(state.weights, information, support, gap_of(criterion, information, support, peak))
 
-    best, idle = judged(state), 0
+    best = judged(state)
+    goal, idle = 0.5 * best.gap, 0
     for _ in range(_ITERATIONS):
         state = state.step(nearest)
         if not state.inside:
             break  # as far as rounding lets it go
         here = judged(state)
-        idle = 0 if here.gap < 0.5 * best.gap else idle + 1
+        idle = 0 if here.gap < goal else idle + 1
+        goal = 0.5 * here.gap if here.gap < goal else goal
         if here.gap < best.gap:
             best = here
         if best.gap <= tolerance or (idle >= _PATIENCE and best.gap < 1e-2):
