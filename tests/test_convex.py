@@ -8,6 +8,7 @@ import math
 import sys
 from dataclasses import dataclass
 from functools import cache
+from typing import final
 
 import numpy as np
 import pytest
@@ -15,9 +16,9 @@ import pytest
 import parts
 from acalx.arrays import Array
 from acalx.certificate import certify
-from acalx.criteria import A, Criterion, D, E, Inequality
+from acalx.criteria import A, Ceiling, Criterion, D, E, Inequality
 from acalx.errors import AcalxError, ArgumentError, CompatibilityError
-from acalx.information import Information
+from acalx.information import Information, Parameter
 from acalx.models import ScalarAccel
 from acalx.optimizers import Convex, Gradient, Result
 from acalx.problem import Problem
@@ -162,6 +163,46 @@ class Wrong(Criterion):
         import cvxpy
 
         return cvxpy.log_det(matrix)
+
+
+@final
+@dataclass(frozen=True)
+class Worst(Ceiling):
+    """E with nothing for Newton's method."""
+
+    def loss(self, information: Information) -> Array:
+        return E().loss(information)
+
+    def degree(self, p: int) -> float:
+        return 1.0
+
+    def support(self, information: Information, multiplier: Array | None) -> Array:
+        return E().support(information, multiplier)
+
+    def least_loss(self, support: Array, at: Information) -> Array:
+        return E().least_loss(support, at)
+
+    def convex(self, matrix: object, factor: Array) -> object:
+        return E().convex(matrix, factor)
+
+    @property
+    def log_floor(self) -> float:
+        return -math.inf
+
+    def start(self, parameters: tuple[Parameter, ...], stack: tuple[int, ...]) -> Array:
+        return E().start(parameters, stack)
+
+    def hold(
+        self, information: Information, log_t: Array, multiplier: Array, penalty: Array
+    ) -> tuple[Array, Array, Array, Array]:
+        return E().hold(information, log_t, multiplier, penalty)
+
+
+def test_kinks_that_newton_does_not_know_are_left_to_cvxpy() -> None:
+    result = solve(Convex(candidates=1000, roundings=2), parts.problem(Worst(), 12, NARROW))
+    assert "Newton" not in result.message
+    assert result.design is not None
+    assert result.design.gap < 1e-4
 
 
 def test_solvers_that_fail_are_named_and_followed_by_the_next() -> None:

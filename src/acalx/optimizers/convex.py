@@ -22,6 +22,7 @@ from acalx.weights import (
     Weights,
     alike,
     efficient_rounding,
+    newton_fits,
     optimal_weights,
     random_roundings,
 )
@@ -150,7 +151,7 @@ class Convex(Optimizer):
                 continue
             ended = f"{solver} to {rough.gap:.0e}{', inaccurately' if conic.inaccurate else ''}"
             how = "; ".join([*failures, ended])
-            if rough.gap <= self.tolerance:
+            if rough.gap <= self.tolerance or not newton_fits(problem.criterion, len(problem.parameters)):
                 return rough, how
             fine = self._newton(problem, candidates, rough.index)
             return (fine, f"{how}, then Newton's method") if fine.gap < rough.gap else (rough, how)

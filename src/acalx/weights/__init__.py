@@ -2,7 +2,7 @@
 
 from acalx.weights.candidates import Candidates, Positions, Rows
 from acalx.weights.interior import Balance, balance, gap_of, sensitivities
-from acalx.weights.rounds import Master, Weights, optimal_weights
+from acalx.weights.rounds import Master, Weights, newton_fits, optimal_weights
 from acalx.weights.support import alike, efficient_rounding, random_roundings, thinned
 
 __all__ = [
@@ -16,6 +16,7 @@ __all__ = [
     "balance",
     "efficient_rounding",
     "gap_of",
+    "newton_fits",
     "optimal_weights",
     "random_roundings",
     "sensitivities",

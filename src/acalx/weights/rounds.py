@@ -31,7 +31,7 @@ from acalx.weights.interior import Balance, balance, gap_of, sensitivities
 from acalx.weights.semidefinite import balance_semidefinite
 from acalx.weights.support import Cosines, thinned
 
-__all__ = ["Master", "Weights", "optimal_weights"]
+__all__ = ["Master", "Weights", "newton_fits", "optimal_weights"]
 
 Master = Callable[[Array, Array, float], Balance]
 
@@ -128,6 +128,11 @@ def optimal_weights(
     return _Search(candidates, criterion, np.zeros((p, p)) if base is None else base, master).run(
         tolerance, rounds, start
     )
+
+
+def newton_fits(criterion: Criterion, p: int) -> bool:
+    """Whether Newton's method on the weights can do without another master for p parameters."""
+    return not isinstance(criterion, Ceiling) or criterion.inequality_matrix(p) is not None
 
 
 def _newton_master(criterion: Criterion, parameters: tuple[Parameter, ...]) -> Master:
