@@ -22,7 +22,7 @@ import numpy as np
 
 from acalx.criteria import Ceiling, Criterion
 from acalx.problem import Problem
-from acalx.relaxation import Relaxation, enumerable, looked_at_stops, relax, sensitivity, share_of_fixed
+from acalx.relaxation import Relaxation, enumerable, looked_at_stops, relax, sensitivity
 from acalx.stands import Stand
 from acalx.supremum import Cells, cells_between, cells_of, supremum
 
@@ -145,7 +145,7 @@ def _proved_peak(problem: Problem, relaxation: Relaxation) -> tuple[float, str, 
     if frequencies is None or degree is None:
         return relaxation.peak, "relaxation, sensitivity not proved between the points where it was computed", False
     degrees = [2 * degree * frequency for frequency in frequencies]
-    share = float((relaxation.support * share_of_fixed(problem)).sum())
+    share = float((relaxation.support * problem.base_share).sum())
 
     def values(points: np.ndarray) -> np.ndarray:
         return sensitivity(problem, relaxation.support, points)[0] + share

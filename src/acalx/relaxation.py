@@ -25,7 +25,7 @@ from acalx.optimizers.descent import descend
 from acalx.problem import Linearization, Problem
 from acalx.stands import Stand
 
-__all__ = ["Relaxation", "enumerable", "looked_at_stops", "relax", "sensitivity", "share_of_fixed"]
+__all__ = ["Relaxation", "enumerable", "looked_at_stops", "relax", "sensitivity"]
 
 _GRID = 41  # points of a turn at which peaks are looked for
 _ROUNDS = 30
@@ -120,7 +120,7 @@ class _Measure:
         shares = amplitudes / size
         weighted = plain.regressors * shares[..., None, None]
         moved = Information.from_regressors(weighted, self.parameters)
-        information = Information(moved.matrix + share_of_fixed(self.problem), self.parameters)
+        information = Information(moved.matrix + self.problem.base_share, self.parameters)
         return _MeasureLinearization(plain, shares, size, information, plain.permitted)
 
     @cached_property
@@ -171,7 +171,7 @@ def relax(problem: Problem, tolerance: float = 1e-7) -> Relaxation:
     for _ in range(_ROUNDS):
         found = _improve(problem, points, weights)
         peaks, heights = _peaks(problem, found.support, np.concatenate([grid, found.settings]))
-        found = replace(found, peak=float(heights.max() + (found.support * share_of_fixed(problem)).sum()))
+        found = replace(found, peak=float(heights.max() + (found.support * problem.base_share).sum()))
         if best is None or found.peak < best.peak:
             idle = 0 if best is None or found.peak - 1 < 0.5 * (best.peak - 1) else idle + 1
             best = found
@@ -197,11 +197,6 @@ def sensitivity(problem: Problem, support: Array, settings: Array) -> tuple[Arra
     at = Linearization(problem, settings[:, None, :], stimulus, regressors, Information(matrices, problem.parameters))
     values = ((regressors @ support) * regressors).sum(axis=(-2, -1))[:, 0]
     return values, at.pull(matrices)[:, 0]
-
-
-def share_of_fixed(problem: Problem) -> Array:
-    """Information (p, p) of the fixed positions for each of the others."""
-    return problem.base / (problem.n - problem.held)
 
 
 def looked_at_stops(stand: Stand) -> tuple[bool, ...]:
@@ -243,7 +238,7 @@ def _improve(problem: Problem, points: Array, weights: Array) -> Relaxation:
     weights = weights / weights.sum()
     rows = problem.model.regressors(problem.stand.stimulus(points)) * np.sqrt(weights)[:, None, None]
     moved = Information.from_regressors(rows, problem.parameters)
-    information = Information(moved.matrix + share_of_fixed(problem), problem.parameters)
+    information = Information(moved.matrix + problem.base_share, problem.parameters)
     multiplier = descent.multipliers[0][0] if descent.multipliers else None
     support = problem.criterion.support(information, multiplier)
     support = support / float((support * information.matrix).sum())

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import sys
 from dataclasses import asdict, dataclass, replace
 from typing import Any
@@ -16,12 +17,12 @@ from acalx.errors import ArgumentError
 from acalx.launch import INTERRUPTED, Entry, build, launch
 from acalx.metrics import best_published, figures_of_merit, published_losses
 from acalx.models import Model
-from acalx.optimizers import Optimizer, Result
+from acalx.optimizers import Design, Optimizer, Result
 from acalx.problem import Problem
 from acalx.programs import Program, find_program
 from acalx.recording import RunDirectory
 from acalx.reporting.progress import Progress
-from acalx.reporting.tables import align, figures_table, program_table, units_line
+from acalx.reporting.tables import align, figures_table, program_table, units_line, weights_table
 from acalx.stands import Stand
 
 __all__ = ["ENTRY", "main"]
@@ -95,6 +96,8 @@ def _record(problem: Problem, result: Result, directory: RunDirectory) -> None:
         directory.write_history(result.history)
     if result.survey is not None:
         directory.write_survey(result.survey)
+    if result.design is not None:
+        directory.write_weights(problem.stand, result.design)
     _record_result(problem, result, None, directory)
 
 
@@ -115,7 +118,25 @@ def _record_result(problem: Problem, result: Result, certificate: Certificate | 
         alternatives=len(result.solutions) - 1,
         certificate=None if certificate is None else asdict(certificate),
         **front,
+        **_design_entries(result.design),
     )
+
+
+def _design_entries(design: Design | None) -> dict[str, Any]:
+    """The approximate design in result.json, where the optimizer gives one."""
+    if design is None:
+        return {}
+    entries = {
+        "value": math.exp(design.loss),
+        "loss": design.loss,
+        "gap": design.gap,
+        "efficiency": 1.0 / (1.0 + design.gap),
+        "support_points": design.count,
+        "positions": len(design.weights),
+        "candidates": design.candidates,
+        "method": design.method,
+    }
+    return {"design": entries}
 
 
 def _draw(problem: Problem, result: Result, reference: Program | None, directory: RunDirectory) -> None:
@@ -162,6 +183,9 @@ def _show(
         columns[reference.name] = figures_of_merit(problem.information(other))
     print(program_table(problem.stand, settings, problem.held))
     print()
+    if result.design is not None:
+        print(weights_table(problem.stand, *result.design.merged()))
+        print()
     print(align(figures_table(columns)))
     print(units_line(problem.parameters))
     print()
