@@ -138,7 +138,7 @@ class Convex(Optimizer):
                 rough = optimal_weights(
                     candidates,
                     problem.criterion,
-                    problem.base_share,
+                    base=problem.base_share if problem.held else None,
                     tolerance=max(_CONIC_GAP, self.tolerance),
                     rounds=self.rounds,
                     master=conic,
@@ -161,7 +161,7 @@ class Convex(Optimizer):
         return optimal_weights(
             candidates,
             problem.criterion,
-            problem.base_share,
+            base=problem.base_share if problem.held else None,
             tolerance=self.tolerance,
             rounds=self.rounds,
             start=start,
