@@ -11,13 +11,14 @@ import numpy as np
 from omegaconf import DictConfig, OmegaConf
 
 from acalx.certificate import Certificate, certify
-from acalx.composition import build_objectives, compose_objectives
+from acalx.composition import build_objectives, compose_objectives, compose_orient
 from acalx.criteria import Criterion
 from acalx.errors import ArgumentError
 from acalx.launch import INTERRUPTED, Entry, build, launch
 from acalx.metrics import best_published, figures_of_merit, published_losses
 from acalx.models import Model
 from acalx.optimizers import Design, Optimizer, Result
+from acalx.orientation import check_orientation, orient
 from acalx.problem import Problem
 from acalx.programs import Program, find_program
 from acalx.recording import RunDirectory
@@ -40,6 +41,7 @@ class RunConfig:
     n: Any = 9
     fixed: Any = None
     replicates: Any = True
+    orient: Any = None
     seed: Any = 0
     certificate: Any = "auto"
     figures: bool = True
@@ -51,6 +53,7 @@ def design(config: DictConfig, directory: RunDirectory) -> int:
     directory.remember(n=config.n, seed=config.seed)
     if config.objectives is not None:
         config = compose_objectives(config, directory.overrides)
+    config = compose_orient(config)
     directory.write_text("resolved.yaml", _resolved(config))
     bounded = _wants_certificate(config)
     seed = config.seed
@@ -65,6 +68,9 @@ def design(config: DictConfig, directory: RunDirectory) -> int:
         n = int(n)  # 1e9 is a float in YAML
     fixed = None if config.fixed is None else find_program(str(config.fixed)).settings_for(stand)
     problem = Problem(stand, model, criterion, n, fixed, config.replicates)
+    second = None if config.orient is None else build(config, "orient", Criterion)
+    if second is not None:
+        check_orientation(problem, second, np.random.default_rng(seed))
     progress = Progress()
     try:
         result: Result = optimizer.solve(problem, np.random.default_rng(seed), progress)
@@ -72,6 +78,8 @@ def design(config: DictConfig, directory: RunDirectory) -> int:
         progress.close()
     if len(result.best.settings) != problem.n:  # where the optimizer chooses how many
         problem = replace(problem, n=len(result.best.settings))
+    if second is not None and result.status != "interrupted":
+        result = _turned(problem, result, second, np.random.default_rng(seed))
     _record(problem, result, directory)  # before anything else can go wrong
     certificate = None
     if bounded and result.status != "interrupted":
@@ -85,6 +93,16 @@ def design(config: DictConfig, directory: RunDirectory) -> int:
     if config.figures:
         _draw(problem, result, reference, directory)
     return INTERRUPTED if result.status == "interrupted" else 0
+
+
+def _turned(problem: Problem, result: Result, second: Criterion, rng: np.random.Generator) -> Result:
+    """The result with its best program rotated, and that said."""
+    turned = orient(problem, result.solutions, second, rng)
+    message = (
+        f"{result.message}; turned at no cost, by which the second criterion fell "
+        f"from {np.exp(turned.before):.6g} to {np.exp(turned.after):.6g}"
+    )
+    return replace(result, message=message, solutions=(turned.solution, *result.solutions))
 
 
 def _record(problem: Problem, result: Result, directory: RunDirectory) -> None:
