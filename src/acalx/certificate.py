@@ -20,7 +20,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from acalx.criteria import Ceiling, Criterion
+from acalx.criteria import Ceiling, Criterion, Product
 from acalx.problem import Problem
 from acalx.relaxation import Relaxation, enumerable, looked_at_stops, relax, sensitivity
 from acalx.stands import Stand
@@ -101,9 +101,8 @@ def certify(problem: Problem, loss: float) -> Certificate:
     loss : float
         Of the program.
     """
-    terms = problem.criterion.terms()
-    factors: list[tuple[float, Criterion]] = [*terms.smooth, *terms.ceilings]
     p = len(problem.parameters)
+    factors = _factors(problem.criterion, p)
     total, margin, scale, parts, methods = 0.0, 0.0, 0.0, {}, []
     holds = True
     for weight, criterion in factors:
@@ -126,6 +125,18 @@ def certify(problem: Problem, loss: float) -> Certificate:
     proved = holds and efficiency is not None and efficiency >= 1.0 - _PROVED
     method = "; ".join(dict.fromkeys(methods))
     return Certificate(math.exp(total), efficiency, gap, method, margin, proved, parts if len(factors) > 1 else {})
+
+
+def _factors(criterion: Criterion, p: int) -> list[tuple[float, Criterion]]:
+    """What is bounded by itself: the smooth part together where it has a degree, and each ceiling."""
+    terms = criterion.terms()
+    smooth: list[tuple[float, Criterion]] = list(terms.smooth)
+    if len(smooth) > 1:
+        weights, criteria = zip(*smooth, strict=True)
+        together = Product(criteria, weights)
+        if together.degree(p) is not None:
+            smooth = [(1.0, together)]
+    return [*smooth, *terms.ceilings]
 
 
 def _bound(problem: Problem, degree: float) -> _Bound:
