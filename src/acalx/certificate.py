@@ -22,7 +22,7 @@ import numpy as np
 
 from acalx.criteria import Ceiling, Criterion, Product
 from acalx.problem import Problem
-from acalx.relaxation import Relaxation, enumerable, looked_at_stops, relax, sensitivity
+from acalx.relaxation import Relaxation, enumerable, looked_at_stops, relax, sensitivity, stops_of
 from acalx.stands import Stand
 from acalx.supremum import Cells, cells_between, cells_of, supremum
 
@@ -36,6 +36,7 @@ _MARGIN = 3e-8
 # as a function is not asked more finely: the certificate says so.
 _FIRST_CELLS = 24
 _FINEST = math.radians(0.02)
+_DIGITS = 7
 
 
 @dataclass(frozen=True)
@@ -142,10 +143,23 @@ def _factors(criterion: Criterion, p: int) -> list[tuple[float, Criterion]]:
 def _bound(problem: Problem, degree: float) -> _Bound:
     """Least loss for n positions, from the relaxation and a proof of its largest sensitivity."""
     relaxation = relax(problem)
-    peak, method, proved = _proved_peak(problem, relaxation)
+    if enumerable(problem) and not problem.replicates:
+        peak, method, proved = _mean_of_highest(problem, relaxation), "relaxation, every stop used once at most", True
+    else:
+        peak, method, proved = _proved_peak(problem, relaxation)
     least = float(problem.criterion.least_loss(relaxation.support, relaxation.information))
     loss = least - degree * math.log((problem.n - problem.held) * peak)
     return _Bound(loss, degree * math.log(peak / min(relaxation.peak, peak)), method, proved)
+
+
+def _mean_of_highest(problem: Problem, relaxation: Relaxation) -> float:
+    """Mean sensitivity over as many stops as there are positions to choose, the highest, each direction once."""
+    stops = stops_of(problem.stand)
+    felt = np.concatenate([felt for _, felt in problem.stand.stimulus(stops).quantities()], axis=-1)
+    # what rounding tells apart counts twice, which leaves the bound a bound
+    _, first = np.unique(np.round(felt, _DIGITS) + 0.0, axis=0, return_index=True)
+    values = np.sort(sensitivity(problem, relaxation.support, stops[first])[0])[::-1][: problem.n - problem.held]
+    return float(values.mean() + (relaxation.support * problem.base_share).sum())
 
 
 def _proved_peak(problem: Problem, relaxation: Relaxation) -> tuple[float, str, bool]:

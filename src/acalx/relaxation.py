@@ -23,7 +23,7 @@ from acalx.problem import Linearization, Problem
 from acalx.stands import Stand
 from acalx.weights import Rows, Weights, optimal_weights
 
-__all__ = ["Relaxation", "enumerable", "looked_at_stops", "relax", "sensitivity"]
+__all__ = ["Relaxation", "enumerable", "looked_at_stops", "relax", "sensitivity", "stops_of"]
 
 _GRID_POINTS = 1681  # at which weights are optimized first, where settings have no stops
 _GRID_GAP = 1e-4
@@ -130,6 +130,13 @@ def looked_at_stops(stand: Stand) -> tuple[bool, ...]:
 def enumerable(problem: Problem) -> bool:
     """Whether the stand has so few stops that the sensitivity is computed at every one."""
     return all(looked_at_stops(problem.stand))
+
+
+def stops_of(stand: Stand) -> Array:
+    """All the stops (k, d) of a stand that has steps in every setting, those that are allowed."""
+    axes = np.meshgrid(*(setting.stops() for setting in stand.settings), indexing="ij")
+    stops = np.stack(axes, axis=-1).reshape(-1, len(axes))
+    return np.asarray(stops[~stand.forbids(stops)])
 
 
 def _grid(problem: Problem) -> Array:
