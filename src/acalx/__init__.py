@@ -42,7 +42,6 @@ if TYPE_CHECKING:
     )
     from acalx.optimizers import (
         NSGA2,
-        Auto,
         Convex,
         DifferentialEvolution,
         Exchange,
@@ -64,7 +63,6 @@ __all__ = [
     "NSGA2",
     "A",
     "AcalxError",
-    "Auto",
     "Calibration",
     "Composite",
     "Convex",
@@ -151,7 +149,6 @@ _HOMES = {
     ),
     "acalx.optimizers": (
         "NSGA2",
-        "Auto",
         "Convex",
         "DifferentialEvolution",
         "Exchange",

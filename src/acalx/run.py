@@ -11,7 +11,7 @@ import numpy as np
 from omegaconf import DictConfig, OmegaConf
 
 from acalx.certificate import Certificate, certify
-from acalx.composition import build_objectives, compose_objectives, compose_orient
+from acalx.composition import build_objectives, compose_default_optimizer, compose_objectives, compose_orient
 from acalx.criteria import Criterion
 from acalx.errors import ArgumentError
 from acalx.launch import INTERRUPTED, Entry, build, launch
@@ -51,23 +51,12 @@ class RunConfig:
 def design(config: DictConfig, directory: RunDirectory) -> int:
     """Search, record, show."""
     directory.remember(n=config.n, seed=config.seed)
-    if config.objectives is not None:
-        config = compose_objectives(config, directory.overrides)
-    config = compose_orient(config)
+    config = _composed(config, directory)
     directory.write_text("resolved.yaml", _resolved(config))
-    bounded = _wants_certificate(config)
-    seed = config.seed
+    bounded, seed = _wants_certificate(config), config.seed
     if not isinstance(seed, int) or isinstance(seed, bool) or seed < 0:
         raise ArgumentError(f"seed={seed}: the seed must be a whole number, 0 or more")
-    stand, model = build(config, "stand", Stand), build(config, "model", Model)
-    several = config.objectives is not None
-    criterion = build_objectives(config) if several else build(config, "criterion", Criterion)
-    optimizer = build(config, "optimizer", Optimizer)
-    n = config.n
-    if isinstance(n, float) and n.is_integer():
-        n = int(n)  # 1e9 is a float in YAML
-    fixed = None if config.fixed is None else find_program(str(config.fixed)).settings_for(stand)
-    problem = Problem(stand, model, criterion, n, fixed, config.replicates)
+    problem, optimizer = _problem(config), build(config, "optimizer", Optimizer)
     second = None if config.orient is None else build(config, "orient", Criterion)
     if second is not None:
         check_orientation(problem, second, np.random.default_rng(seed))
@@ -93,6 +82,27 @@ def design(config: DictConfig, directory: RunDirectory) -> int:
     if config.figures:
         _draw(problem, result, reference, directory)
     return INTERRUPTED if result.status == "interrupted" else 0
+
+
+def _composed(config: DictConfig, directory: RunDirectory) -> DictConfig:
+    """The configuration with all that names stand for, and the optimizer that suits where none is named."""
+    if config.objectives is not None:
+        config = compose_objectives(config, directory.overrides)
+        config = compose_default_optimizer(config, directory.overrides, "scalarized")
+    elif build(config, "stand", Stand).stepped:
+        config = compose_default_optimizer(config, directory.overrides, "exchange")
+    return compose_orient(config)
+
+
+def _problem(config: DictConfig) -> Problem:
+    stand, model = build(config, "stand", Stand), build(config, "model", Model)
+    several = config.objectives is not None
+    criterion = build_objectives(config) if several else build(config, "criterion", Criterion)
+    n = config.n
+    if isinstance(n, float) and n.is_integer():
+        n = int(n)  # 1e9 is a float in YAML
+    fixed = None if config.fixed is None else find_program(str(config.fixed)).settings_for(stand)
+    return Problem(stand, model, criterion, n, fixed, config.replicates)
 
 
 def _turned(problem: Problem, result: Result, second: Criterion, rng: np.random.Generator) -> Result:
