@@ -175,6 +175,15 @@ class Stand(ABC):
                 columns.setdefault(name, []).append((plus - minus) / (2 * step))
         return Stimulus(**{name: np.stack(arrays, axis=-1) for name, arrays in columns.items()})
 
+    @property
+    def axis_errors(self) -> tuple[str, ...]:
+        """Names of the e small angles by which the stand's axes may be off; none."""
+        return ()
+
+    def misaligned(self, settings: Array, errors: Array) -> Stimulus:
+        """What the sensor feels where the axes are off by angles (..., n, e) in rad; a new stand may say how."""
+        return self.stimulus(settings)
+
     def aim(self, directions: Array) -> Array:
         """Settings (..., n, d) that bring the vertical to these directions (..., n, 3) of the sensor.
 

@@ -126,6 +126,26 @@ class PlatformGimbals(Stand):
             angular_rate=components(ca * along + sa * level, ca * level - sa * along, rest),
         )
 
+    @property
+    def axis_errors(self) -> tuple[str, ...]:
+        """Of the outer axis its azimuth and its tilt, of the inner one how far it is from square to the outer."""
+        return ("outer_azimuth", "outer_tilt", "inner_squareness")
+
+    def misaligned(self, settings: Array, errors: Array) -> Stimulus:
+        """Both with the axes off by angles (..., n, 3) in rad: C = Rz(alpha) Ry(s) Rx(gamma) Ry(t) Rz(a)."""
+        (sg, sa), (cg, ca) = _split(*sin_cos(settings))
+        (s_azimuth, s_tilt, s_square), (c_azimuth, c_tilt, c_square) = (np.moveaxis(f, -1, 0) for f in sin_cos(errors))
+
+        def felt(along: float, across: float, up: float) -> Array:
+            x, y, z = np.array(along), np.array(across), np.array(up)
+            x, y = c_azimuth * x + s_azimuth * y, c_azimuth * y - s_azimuth * x
+            x, z = c_tilt * x - s_tilt * z, c_tilt * z + s_tilt * x
+            y, z = cg * y + sg * z, cg * z - sg * y
+            x, z = c_square * x - s_square * z, c_square * z + s_square * x
+            return components(ca * x + sa * y, ca * y - sa * x, z)
+
+        return Stimulus(specific_force=felt(0.0, 0.0, 1.0), angular_rate=felt(*self._earth_rate))
+
     def derivative(self, settings: Array) -> Stimulus:
         """Derivatives of both, (..., n, 3, 2)."""
         (sg, sa), (cg, ca) = _split(*sin_cos(settings))
