@@ -42,6 +42,7 @@ if TYPE_CHECKING:
     from acalx.optimizers import (
         NSGA2,
         Auto,
+        Convex,
         DifferentialEvolution,
         Exchange,
         Gradient,
@@ -65,6 +66,7 @@ __all__ = [
     "Auto",
     "Calibration",
     "Composite",
+    "Convex",
     "Correction",
     "Criterion",
     "D",
@@ -149,6 +151,7 @@ _HOMES = {
     "acalx.optimizers": (
         "NSGA2",
         "Auto",
+        "Convex",
         "DifferentialEvolution",
         "Exchange",
         "Gradient",

@@ -1,7 +1,8 @@
 """Optimizers: what searches for the best program."""
 
 from acalx.optimizers.auto import Auto
-from acalx.optimizers.base import Account, Optimizer, Result, Solution, Survey
+from acalx.optimizers.base import Account, Design, Optimizer, Result, Solution, Survey
+from acalx.optimizers.convex import Convex
 from acalx.optimizers.de import DifferentialEvolution
 from acalx.optimizers.exchange import Exchange
 from acalx.optimizers.gradient import Gradient
@@ -14,6 +15,8 @@ __all__ = [
     "NSGA2",
     "Account",
     "Auto",
+    "Convex",
+    "Design",
     "DifferentialEvolution",
     "Exchange",
     "FrontPoint",
