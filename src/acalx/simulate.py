@@ -8,10 +8,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
 from omegaconf import DictConfig, ListConfig, OmegaConf
 
 from acalx.errors import ArgumentError
 from acalx.estimation import Estimator, SingularError
+from acalx.itinerary import check_order, itinerary
 from acalx.launch import FAILED, Entry, build, launch
 from acalx.models import Model
 from acalx.options import seed_of
@@ -49,16 +51,19 @@ def run(config: DictConfig, directory: RunDirectory) -> int:
         raise ArgumentError(f"which program? Give program=FILE.csv or program=NAME; names: {', '.join(published())}")
     directory.remember(inestimable=[], seed=config.seed, trials=config.trials)
     seed = seed_of(config)
+    check_order(config.order, config.dwell_s)
     programs = _programs(config)
     directory.remember(program=[program.name for program in programs], n=max(program.n for program in programs))
     stand, model = build(config, "stand", Stand), build(config, "model", Model)
     sources = build(config, "errors", ErrorSources)
     given = config.estimator is not None
     estimator = build(config, "estimator", Estimator) if given else default_estimator(model)
-    outcomes = []
+    outcomes, visits = [], {}
     try:
         for program in programs:
-            campaign = Campaign(model, stand, program.settings_for(stand), sources, seed, config.order == "random")
+            visit = itinerary(stand, program.settings_for(stand), config.order, np.random.default_rng(seed))
+            visits[program.name] = visit.entries(config.dwell_s)
+            campaign = Campaign(model, stand, visit.settings, sources, seed, config.order == "random")
             outcomes.append(simulate(campaign, estimator, config.trials, program.name, config.confidence))
     except SingularError as error:
         seconds = time.perf_counter() - started
@@ -71,6 +76,7 @@ def run(config: DictConfig, directory: RunDirectory) -> int:
         "; ".join(_verdict(outcome) for outcome in outcomes),
         metrics={outcome.name: outcome.groups for outcome in outcomes},
         agrees={outcome.name: outcome.agrees for outcome in outcomes},
+        visits=visits,
         evaluations=len(outcomes) * config.trials,
         seconds=time.perf_counter() - started,
     )

@@ -12,7 +12,7 @@ import numpy as np
 
 from acalx.arrays import Array, components, sin_cos
 from acalx.stands.base import Setting, Stand
-from acalx.stands.options import angle, require_limits, require_number, require_steps, require_switch
+from acalx.stands.options import angle, require_limits, require_number, require_speeds, require_steps, require_switch
 from acalx.stands.zones import Zone, read_zones
 from acalx.stimulus import Stimulus
 
@@ -51,6 +51,8 @@ class PlatformGimbals(Stand):
         Boxes of settings that must not be taken, as of `TwoAxis`, by ``gamma_deg, alpha_deg``.
     forbidden_if : str or callable
         Function that says the same, as of `TwoAxis`.
+    speed_deg_s : float or pair of float, degrees per second
+        How fast the angles turn, all or each; for the order of visit.
 
     Raises
     ------
@@ -70,6 +72,7 @@ class PlatformGimbals(Stand):
     periodic: bool = True
     forbidden: Sequence[Mapping[str, Sequence[float]]] = ()
     forbidden_if: str | Callable[..., Any] | None = None
+    speed_deg_s: float | Sequence[float] = 10.0
 
     def __post_init__(self) -> None:
         for name in ("gamma_deg", "alpha_deg"):
@@ -78,6 +81,7 @@ class PlatformGimbals(Stand):
         require_number("latitude_deg", self.latitude_deg, -90.0, 90.0)
         _ = self._steps
         require_switch("periodic", self.periodic)
+        _ = self.speeds
         _ = self.settings, self.zones  # built once here so that bad ones are refused at construction
 
     @cached_property
@@ -96,6 +100,11 @@ class PlatformGimbals(Stand):
     def zones(self) -> tuple[Zone, ...]:
         """The forbidden boxes, then what the function says."""
         return read_zones(self.settings, self.forbidden, self.forbidden_if)
+
+    @property
+    def speeds(self) -> Array:
+        """Of both angles, in rad/s."""
+        return np.array(require_speeds("speed_deg_s", self.speed_deg_s, 2))
 
     @property
     def frequencies(self) -> tuple[int, ...]:
