@@ -40,17 +40,19 @@ def simulated(
 
 
 def test_trials_do_not_depend_on_their_number_or_on_the_chunk() -> None:
-    whole = campaign("icosahedron_12").trials(0, 1000)
-    part = campaign("icosahedron_12").trials(512, 700)
-    np.testing.assert_array_equal(whole.parameters[512:700], part.parameters)
-    np.testing.assert_array_equal(whole.measurement[512:700], part.measurement)
-    outcomes = [simulate(campaign("icosahedron_12"), Iterated(), 1500, "", chunk=chunk) for chunk in (256, 512, 10**6)]
+    whole = campaign("icosahedron_12").trials(0, 2500)
+    part = campaign("icosahedron_12").trials(1024, 1700)
+    np.testing.assert_array_equal(whole.parameters[1024:1700], part.parameters)
+    np.testing.assert_array_equal(whole.measurement[1024:1700], part.measurement)
+    outcomes = [
+        simulate(campaign("icosahedron_12"), Iterated(), 5000, "", chunk=chunk) for chunk in (1024, 2048, 10**6)
+    ]
     for other in outcomes[1:]:
         np.testing.assert_allclose(other.covariance, outcomes[0].covariance, rtol=1e-12, atol=1e-24)
         np.testing.assert_allclose(other.bias, outcomes[0].bias, rtol=0, atol=1e-18)
-    again = simulate(campaign("icosahedron_12"), Iterated(), 1500)
+    again = simulate(campaign("icosahedron_12"), Iterated(), 5000)
     np.testing.assert_array_equal(again.covariance, outcomes[2].covariance)
-    assert (simulate(campaign("icosahedron_12", seed=1), Iterated(), 1500).covariance != again.covariance).all()
+    assert (simulate(campaign("icosahedron_12", seed=1), Iterated(), 5000).covariance != again.covariance).all()
 
 
 def test_programs_have_common_sensors_and_noise() -> None:
@@ -82,8 +84,9 @@ def test_errors_of_estimates_are_as_predicted(estimator: Estimator) -> None:
 
 
 @pytest.mark.parametrize("program", ["egorov_2021_table_1", "egorov_2021_table_2"])
-def test_intervals_cover_as_they_should(program: str) -> None:
-    outcome = simulated(program)
+@pytest.mark.parametrize("estimator", [Iterated(), ORIENTED], ids=["iterated", "oriented"])
+def test_intervals_cover_as_they_should(program: str, estimator: Estimator) -> None:
+    outcome = simulated(program, estimator=estimator)
     assert 0.935 <= outcome.coverage.mean() <= 0.965
     assert ((outcome.coverage >= 0.93) & (outcome.coverage <= 0.97)).all()
 

@@ -106,9 +106,9 @@ def _verdict(achieved: Mapping[str, Outcome]) -> str:
     within = "Every" if apart < 0.02 and printed < 0.025 else "**Not every**"
     return (
         f"{within} s is within 2 % of theta and within 2.5 % of the printed figure. {agreeing} of the {len(others)} "
-        "programs whose positions\n  are known agree with theory in all nine parameters, by a test at 5 %. Intervals that "
-        f"are meant to hold the true\n  parameter in 95 % of the calibrations do so in {100 * covered.min():.1f} to "
-        f"{100 * covered.max():.1f} %."
+        "programs whose positions\n  are known agree with theory in all nine parameters, by a test at 5 %. Intervals "
+        "that are meant to hold the true\n  parameter in 95 % of the calibrations do so in "
+        f"{100 * covered.min():.1f} to {100 * covered.max():.1f} %."
     )
 
 

@@ -54,6 +54,7 @@ if TYPE_CHECKING:
     )
     from acalx.problem import Problem
     from acalx.programs import Program, find_program, published, read_program
+    from acalx.simulation import Campaign, ErrorSources
     from acalx.stands import PlatformGimbals, RateTable, Setting, Stand, TwoAxis
     from acalx.stimulus import Stimulus
 
@@ -65,6 +66,7 @@ __all__ = [
     "AcalxError",
     "Auto",
     "Calibration",
+    "Campaign",
     "Composite",
     "Convex",
     "Correction",
@@ -72,6 +74,7 @@ __all__ = [
     "D",
     "DifferentialEvolution",
     "E",
+    "ErrorSources",
     "Estimator",
     "Exchange",
     "Gradient",
@@ -163,6 +166,7 @@ _HOMES = {
     ),
     "acalx.problem": ("Problem",),
     "acalx.programs": ("Program", "find_program", "published", "read_program"),
+    "acalx.simulation": ("Campaign", "ErrorSources"),
     "acalx.stands": ("PlatformGimbals", "RateTable", "Setting", "Stand", "TwoAxis"),
     "acalx.stimulus": ("Stimulus",),
 }

@@ -37,7 +37,8 @@ class Estimate:
     model : Model
     parameters : array (..., p)
         In g, relative, rad; nan where the positions can't show them.
-    residual, rows : arrays (..., n) and (..., n, p)
+    residual : array (..., n)
+    rows : array (..., n, p), or (n, p) where all have the same
         What the parameters leave of the residuals, and the regressors there; n m of them with m outputs a position.
     noise : array (n,) or (..., n), optional
         Standard deviation of each residual, where it is known.
@@ -104,7 +105,7 @@ class Estimate:
     @property
     def standard_errors(self) -> Array:
         """Standard errors of the parameters, (..., p)."""
-        return np.sqrt(self.covariance.diagonal(axis1=-2, axis2=-1))
+        return np.sqrt(self.information.variances * self.variance[..., None])
 
 
 class Estimator(ABC):
@@ -190,15 +191,16 @@ class Estimator(ABC):
                 linearize = self.linearization(model, piece, known)
                 x, converged, steps = _descend(linearize, starts[part], self, noises(part), model)
                 left, rows = linearize(x)
-                parts.append((x, left, np.broadcast_to(rows, (*left.shape, p)), converged))
+                parts.append((x, left, rows if rows.ndim > 2 else rows[None], converged))
                 iterations = max(iterations, steps)
+        shared = rows.ndim == 2
         x, left, rows, converged = (np.concatenate(arrays) for arrays in zip(*parts, strict=True))
         shape = tuple(stack)
         return Estimate(
             model,
             x.reshape((*shape, p)),
             left.reshape((*shape, count)),
-            rows.reshape((*shape, count, p)),
+            rows[0] if shared else rows.reshape((*shape, count, p)),
             noise,
             self.loss,
             converged.reshape(shape),

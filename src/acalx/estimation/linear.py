@@ -48,9 +48,10 @@ class Linear(Estimator):
     def linearization(self, model: Model, measurement: Array, stimulus: Stimulus | None) -> Linearize:
         """J - h X."""
         residual, rows = self.residual.linearized(model, measurement, stimulus)
-        subscripts = "np,tp->tn" if rows.ndim == 2 else "tnp,tp->tn"
 
         def linearize(parameters: Array) -> tuple[Array, Array]:
-            return residual - np.einsum(subscripts, rows, parameters), rows
+            shared = rows.ndim == 2
+            explained = parameters @ rows.T if shared else np.einsum("tnp,tp->tn", rows, parameters)
+            return residual - explained, rows
 
         return linearize

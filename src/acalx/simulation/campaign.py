@@ -19,7 +19,7 @@ __all__ = ["BLOCK", "Campaign", "Trials"]
 
 # Trials come in blocks, each from random streams of its own: trial k is the same however many
 # there are, and however many are worked on at a time.
-BLOCK = 256
+BLOCK = 1024
 _STREAMS = ("sign", "size", "gravity", "installation", "setting", "knowledge", "noise", "drift", "order")
 
 

@@ -99,4 +99,5 @@ def _half_widths(estimate: Estimate, noise: float, confidence: float) -> Array:
     tail = 0.5 * (1.0 + confidence)
     if estimate.freedom > 0:
         return np.asarray(stdtrit(estimate.freedom, tail) * estimate.standard_errors)
-    return np.asarray(ndtri(tail) * noise * estimate.information.standard_deviations)
+    deviations = noise * estimate.information.standard_deviations
+    return np.broadcast_to(ndtri(tail) * deviations, estimate.parameters.shape)
