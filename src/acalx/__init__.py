@@ -54,6 +54,7 @@ if TYPE_CHECKING:
     )
     from acalx.problem import Problem
     from acalx.programs import Program, find_program, published, read_program
+    from acalx.simulation import Campaign, ErrorSources
     from acalx.stands import PlatformGimbals, RateTable, Setting, Stand, TwoAxis
     from acalx.stimulus import Stimulus
 
@@ -64,6 +65,7 @@ __all__ = [
     "A",
     "AcalxError",
     "Calibration",
+    "Campaign",
     "Composite",
     "Convex",
     "Correction",
@@ -71,6 +73,7 @@ __all__ = [
     "D",
     "DifferentialEvolution",
     "E",
+    "ErrorSources",
     "Estimator",
     "Exchange",
     "Gradient",
@@ -161,6 +164,7 @@ _HOMES = {
     ),
     "acalx.problem": ("Problem",),
     "acalx.programs": ("Program", "find_program", "published", "read_program"),
+    "acalx.simulation": ("Campaign", "ErrorSources"),
     "acalx.stands": ("PlatformGimbals", "RateTable", "Setting", "Stand", "TwoAxis"),
     "acalx.stimulus": ("Stimulus",),
 }

@@ -14,10 +14,12 @@ from acalx.certificate import Certificate, certify
 from acalx.composition import build_objectives, compose_default_optimizer, compose_objectives, compose_orient
 from acalx.criteria import Criterion
 from acalx.errors import ArgumentError
+from acalx.itinerary import Itinerary, check_order, itinerary
 from acalx.launch import INTERRUPTED, Entry, build, launch
 from acalx.metrics import best_published, figures_of_merit, published_losses
 from acalx.models import Model
 from acalx.optimizers import Design, Optimizer, Result
+from acalx.options import seed_of
 from acalx.orientation import check_orientation, orient
 from acalx.problem import Problem
 from acalx.programs import Program, find_program
@@ -42,6 +44,8 @@ class RunConfig:
     fixed: Any = None
     replicates: Any = True
     orient: Any = None
+    order: Any = "given"
+    dwell_s: Any = 60
     seed: Any = 0
     certificate: Any = "auto"
     figures: bool = True
@@ -53,9 +57,8 @@ def design(config: DictConfig, directory: RunDirectory) -> int:
     directory.remember(n=config.n, seed=config.seed)
     config = _composed(config, directory)
     directory.write_text("resolved.yaml", _resolved(config))
-    bounded, seed = _wants_certificate(config), config.seed
-    if not isinstance(seed, int) or isinstance(seed, bool) or seed < 0:
-        raise ArgumentError(f"seed={seed}: the seed must be a whole number, 0 or more")
+    bounded, seed = _wants_certificate(config), seed_of(config)
+    check_order(config.order, config.dwell_s)
     problem, optimizer = _problem(config), build(config, "optimizer", Optimizer)
     second = None if config.orient is None else build(config, "orient", Criterion)
     if second is not None:
@@ -69,6 +72,9 @@ def design(config: DictConfig, directory: RunDirectory) -> int:
         problem = replace(problem, n=len(result.best.settings))
     if second is not None and result.status != "interrupted":
         result = _turned(problem, result, second, np.random.default_rng(seed))
+    visit = itinerary(stand, result.best.settings, config.order, np.random.default_rng(seed), problem.held)
+    result = _in_order(result, visit)
+    directory.remember(order=config.order, **visit.entries(config.dwell_s))
     _record(problem, result, directory)  # before anything else can go wrong
     certificate = None
     if bounded and result.status != "interrupted":
@@ -78,7 +84,8 @@ def design(config: DictConfig, directory: RunDirectory) -> int:
             result = replace(result, status="interrupted", message=f"{result.message}; interrupted while bounding it")
         _record_result(problem, result, certificate, directory)
     reference = None if result.front else best_published(problem)
-    _show(problem, result, reference, certificate, directory)
+    _show(problem, result, reference, certificate)
+    print(f"in the order of visit ({config.order}) {visit.summary(config.dwell_s)}\nwritten to {directory.path}")
     if config.figures:
         _draw(problem, result, reference, directory)
     return INTERRUPTED if result.status == "interrupted" else 0
@@ -113,6 +120,12 @@ def _turned(problem: Problem, result: Result, second: Criterion, rng: np.random.
         f"from {np.exp(turned.before):.6g} to {np.exp(turned.after):.6g}"
     )
     return replace(result, message=message, solutions=(turned.solution, *result.solutions))
+
+
+def _in_order(result: Result, visit: Itinerary) -> Result:
+    """The result with the positions of its best program in the order of visit."""
+    best = replace(result.best, settings=visit.settings)
+    return replace(result, solutions=(best, *result.solutions[1:]))
 
 
 def _record(problem: Problem, result: Result, directory: RunDirectory) -> None:
@@ -200,7 +213,6 @@ def _show(
     result: Result,
     reference: Program | None,
     certificate: Certificate | None,
-    directory: RunDirectory,
 ) -> None:
     settings = result.best.settings
     columns = {"this program": figures_of_merit(problem.information(settings))}
@@ -226,7 +238,6 @@ def _show(
         print("above are the ends and the knee, which is program.csv; front.csv has all the points")
     if len(result.solutions) > 1:
         print(f"{len(result.solutions) - 1} other programs are as good; see alternatives.csv")
-    print(f"written to {directory.path}")
 
 
 def _notable(problem: Problem, result: Result) -> dict[str, dict[str, Any]]:
