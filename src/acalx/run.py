@@ -22,6 +22,7 @@ from acalx.programs import Program, find_program
 from acalx.recording import RunDirectory
 from acalx.reporting.progress import Progress
 from acalx.reporting.tables import align, figures_table, program_table, units_line
+from acalx.schemes import Designed, Part, Scheme
 from acalx.stands import Stand
 
 __all__ = ["ENTRY", "main"]
@@ -36,6 +37,7 @@ class RunConfig:
     criterion: Any = None
     objectives: Any = None
     optimizer: Any = None
+    scheme: Any = None
     n: Any = 9
     fixed: Any = None
     replicates: Any = True
@@ -58,7 +60,7 @@ def design(config: DictConfig, directory: RunDirectory) -> int:
     stand, model = build(config, "stand", Stand), build(config, "model", Model)
     several = config.objectives is not None
     criterion = build_objectives(config) if several else build(config, "criterion", Criterion)
-    optimizer = build(config, "optimizer", Optimizer)
+    optimizer, scheme = build(config, "optimizer", Optimizer), build(config, "scheme", Scheme)
     n = config.n
     if isinstance(n, float) and n.is_integer():
         n = int(n)  # 1e9 is a float in YAML
@@ -66,9 +68,10 @@ def design(config: DictConfig, directory: RunDirectory) -> int:
     problem = Problem(stand, model, criterion, n, fixed, config.replicates)
     progress = Progress()
     try:
-        result: Result = optimizer.solve(problem, np.random.default_rng(seed), progress)
+        designed = scheme.solve(problem, optimizer, np.random.default_rng(seed), progress)
     finally:
         progress.close()
+    result = designed.result
     if len(result.best.settings) != problem.n:  # where the optimizer chooses how many
         problem = replace(problem, n=len(result.best.settings))
     _record(problem, result, directory)  # before anything else can go wrong

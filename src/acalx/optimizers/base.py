@@ -206,6 +206,10 @@ class Optimizer(ABC):
     def check(self, problem: Problem) -> None:  # noqa: B027 - most take every problem
         """Raise CompatibilityError for a problem that the optimizer can't handle."""
 
+    def exact(self) -> Optimizer:
+        """The same search with exactly the problem's number of positions, where it may take fewer."""
+        return self
+
     @abstractmethod
     def search(self, problem: Problem, rng: np.random.Generator, account: Account) -> Result:
         """Search for the best program; `account` is told of every evaluation."""
