@@ -9,7 +9,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from acalx.criteria import A, Criterion, D, E, Inequality, Objectives, Product
+    from acalx.criteria import A, Criterion, D, E, Inequality, Objectives, Product, Target
     from acalx.errors import AcalxError
     from acalx.estimation import (
         Calibration,
@@ -102,6 +102,7 @@ __all__ = [
     "StaticIntervals",
     "Stimulus",
     "Survey",
+    "Target",
     "Term",
     "Traversal",
     "TwoAxis",
@@ -116,7 +117,7 @@ __all__ = [
 ]
 
 _HOMES = {
-    "acalx.criteria": ("A", "Criterion", "D", "E", "Inequality", "Objectives", "Product"),
+    "acalx.criteria": ("A", "Criterion", "D", "E", "Inequality", "Objectives", "Product", "Target"),
     "acalx.errors": ("AcalxError",),
     "acalx.estimation": (
         "Calibration",

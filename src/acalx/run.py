@@ -17,12 +17,14 @@ from acalx.launch import INTERRUPTED, Entry, build, launch
 from acalx.metrics import best_published, figures_of_merit, published_losses
 from acalx.models import Model
 from acalx.optimizers import Optimizer, Result
+from acalx.options import target_of
 from acalx.problem import Problem
 from acalx.programs import Program, find_program
 from acalx.recording import RunDirectory
 from acalx.reporting.progress import Progress
 from acalx.reporting.tables import align, figures_table, program_table, units_line
 from acalx.schemes import Designed, Part, Scheme
+from acalx.smallest import smallest_program
 from acalx.stands import Stand
 
 __all__ = ["ENTRY", "main"]
@@ -39,6 +41,8 @@ class RunConfig:
     optimizer: Any = None
     scheme: Any = None
     n: Any = 9
+    target: Any = None
+    n_most: Any = 500
     fixed: Any = None
     replicates: Any = True
     seed: Any = 0
@@ -60,20 +64,35 @@ def design(config: DictConfig, directory: RunDirectory) -> int:
     stand, model = build(config, "stand", Stand), build(config, "model", Model)
     several = config.objectives is not None
     criterion = build_objectives(config) if several else build(config, "criterion", Criterion)
-    optimizer, scheme = build(config, "optimizer", Optimizer), build(config, "scheme", Scheme)
+    optimizer = build(config, "optimizer", Optimizer)
+    scheme: Scheme = build(config, "scheme", Scheme)
+    target = target_of(config, criterion)
+    fixed = None if config.fixed is None else find_program(str(config.fixed)).settings_for(stand)
     n = config.n
     if isinstance(n, float) and n.is_integer():
         n = int(n)  # 1e9 is a float in YAML
-    fixed = None if config.fixed is None else find_program(str(config.fixed)).settings_for(stand)
+    if target is not None:  # to begin with
+        n = model.smallest_n + (0 if fixed is None else len(fixed))
     problem = Problem(stand, model, criterion, n, fixed, config.replicates)
     progress = Progress()
     try:
-        designed = scheme.solve(problem, optimizer, np.random.default_rng(seed), progress)
+        if target is None:
+            designed = scheme.solve(problem, optimizer, np.random.default_rng(seed), progress)
+        else:
+
+            def solve(at: Problem) -> Designed:
+                return scheme.solve(at, optimizer.exact(), np.random.default_rng(seed), progress)
+
+            smallest = smallest_program(problem, target, scheme, solve, config.n_most)
+            directory.remember(n=smallest.n, **smallest.recorded)
+            designed = smallest.designed
+            print(f"{smallest}\n")
     finally:
         progress.close()
     result = designed.result
-    if len(result.best.settings) != problem.n:  # where the optimizer chooses how many
+    if len(result.best.settings) != problem.n:  # where the optimizer or the scheme chooses how many
         problem = replace(problem, n=len(result.best.settings))
+    _record_parts(problem, designed.parts, directory)
     _record(problem, result, directory)  # before anything else can go wrong
     certificate = None
     if bounded and result.status != "interrupted":
@@ -85,8 +104,29 @@ def design(config: DictConfig, directory: RunDirectory) -> int:
     reference = None if result.front else best_published(problem)
     _show(problem, result, reference, certificate, directory)
     if config.figures:
-        _draw(problem, result, reference, directory)
+        _draw(problem, designed, reference, directory)
     return INTERRUPTED if result.status == "interrupted" else 0
+
+
+def _record_parts(problem: Problem, parts: tuple[Part, ...], directory: RunDirectory) -> None:
+    """What each part of the model got, with its landscape where there is one."""
+    if not parts:
+        return
+    told = []
+    for part in parts:
+        found = part.result
+        told.append(
+            {
+                "part": part.name,
+                "positions": len(part.settings),
+                "dropped": part.dropped,
+                "loss": None if found is None else found.best.loss,
+                "message": "" if found is None else found.message,
+            }
+        )
+        if found is not None and found.survey is not None:
+            directory.write_survey(found.survey, f"landscape_{part.name}.csv")
+    directory.remember(parts=told)
 
 
 def _record(problem: Problem, result: Result, directory: RunDirectory) -> None:
@@ -121,9 +161,10 @@ def _record_result(problem: Problem, result: Result, certificate: Certificate | 
     )
 
 
-def _draw(problem: Problem, result: Result, reference: Program | None, directory: RunDirectory) -> None:
+def _draw(problem: Problem, designed: Designed, reference: Program | None, directory: RunDirectory) -> None:
     from acalx.reporting.figures import draw_convergence, draw_entries, draw_landscape, draw_positions
 
+    result = designed.result
     stimulus = problem.stand.stimulus(result.best.settings)
     if stimulus.specific_force is not None:
         draw_positions(stimulus.specific_force, directory.path, f"{problem.n} positions of the vertical")
@@ -140,6 +181,11 @@ def _draw(problem: Problem, result: Result, reference: Program | None, directory
         draw_front(names, values, result.knee, directory.path, f"{problem.n} positions: {result.message}", others)
     elif result.survey is not None:
         draw_landscape(result.survey.numbers, result.survey.losses, directory.path)
+    elif designed.parts:
+        for part in designed.parts:
+            if part.result is not None and part.result.survey is not None:
+                survey = part.result.survey
+                draw_landscape(survey.numbers, survey.losses, directory.path, f"landscape_{part.name}")
     else:
         draw_convergence(result.history, directory.path)
     entries = {"this program": problem.model.regressors(stimulus)}

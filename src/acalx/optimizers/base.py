@@ -11,7 +11,7 @@ from typing import ClassVar, Literal, final
 import numpy as np
 
 from acalx.arrays import Array
-from acalx.errors import AcalxError, CompatibilityError
+from acalx.errors import CompatibilityError, NoProgramError
 from acalx.optimizers.pareto import FrontPoint, front_points, knee
 from acalx.problem import Problem
 
@@ -229,7 +229,7 @@ class Optimizer(ABC):
         ------
         CompatibilityError
             The parts do not fit together; before any work.
-        AcalxError
+        NoProgramError
             No program of the problem can estimate all parameters.
         """
         _check_objectives(self, problem)
@@ -252,7 +252,7 @@ class Optimizer(ABC):
                 account.history,
             )
         if not (result.front or np.isfinite(result.best.loss)):
-            raise AcalxError(no_regular_program(problem))
+            raise NoProgramError(no_regular_program(problem))
         return result
 
 

@@ -10,7 +10,7 @@ from typing import final
 import numpy as np
 
 from acalx.arrays import Array
-from acalx.errors import AcalxError, ArgumentError, CompatibilityError
+from acalx.errors import AcalxError, ArgumentError, CompatibilityError, NoProgramError
 from acalx.information import Information
 from acalx.optimizers.agreement import distinct_solutions
 from acalx.optimizers.base import Account, Optimizer, Result, Survey
@@ -141,7 +141,7 @@ class Traversal(Optimizer):
                 self._keep(problem, survey, account)  # the best so far
             raise
         if not np.isfinite(losses).any():
-            raise AcalxError(self._nothing(problem, survey))
+            raise NoProgramError(self._nothing(problem, survey))
         programs = self._keep(problem, survey, account)
         solutions = distinct_solutions(problem, programs, problem.loss(programs), _AGREEMENT, sort=False)
         return Result(

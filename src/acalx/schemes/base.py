@@ -63,6 +63,10 @@ class Scheme(ABC):
     """
 
     @abstractmethod
+    def smallest_n(self, problem: Problem) -> int:
+        """The fewest positions, with those that are fixed, that the scheme can do with."""
+
+    @abstractmethod
     def solve(
         self, problem: Problem, optimizer: Optimizer, rng: np.random.Generator, watch: Watch | None = None
     ) -> Designed:
@@ -80,7 +84,7 @@ class Scheme(ABC):
         ------
         CompatibilityError
             The parts do not fit together; before any work.
-        AcalxError
+        NoProgramError
             No program of the problem can estimate all parameters.
         """
 
@@ -133,7 +137,7 @@ def joined_result(problem: Problem, settings: Array, message: str, parts: Sequen
     """The result of a program (k, d) that was put together from parts."""
     results = [part.result for part in parts if part.result is not None]
     statuses: list[Status] = [result.status for result in results]
-    status: Status = next((bad for bad in ("interrupted", "limit") if bad in statuses), "ok")  # type: ignore[misc]
+    status: Status = next((bad for bad in ("interrupted", "limit") if bad in statuses), "ok")
     evaluations, seconds = sum(r.evaluations for r in results), sum(r.seconds for r in results)
     loss = float(problem.loss(settings))
     history = [(evaluations, seconds, loss)]

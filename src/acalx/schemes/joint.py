@@ -24,6 +24,10 @@ class Joint(Scheme):
     for criteria or searches that take one kind of sensors at a time.
     """
 
+    def smallest_n(self, problem: Problem) -> int:
+        """What the model needs, and more than are fixed."""
+        return max(problem.model.smallest_n, problem.held + 1)
+
     def solve(
         self, problem: Problem, optimizer: Optimizer, rng: np.random.Generator, watch: Watch | None = None
     ) -> Designed:

@@ -9,6 +9,7 @@ from typing import final
 import numpy as np
 
 from acalx.arrays import Array
+from acalx.models import Model
 from acalx.optimizers import Optimizer
 from acalx.optimizers.base import Watch
 from acalx.problem import Problem
@@ -25,7 +26,8 @@ class Parallel(Scheme):
 
     A position of one program is dropped where its sensors feel it as they do a position of
     another: that one serves both. An accelerometer doesn't feel the Earth's rate, so that any
-    attitude with the same vertical serves it. The joined program has n positions or fewer.
+    attitude with the same vertical serves it. Of programs that are equally good for a kind the
+    one is taken of which most can be dropped. The joined program has n positions or fewer.
 
     Parameters
     ----------
@@ -49,14 +51,18 @@ class Parallel(Scheme):
     def __post_init__(self) -> None:
         check_positions(self.positions)
 
+    def smallest_n(self, problem: Problem) -> int:
+        """What all the kinds need together."""
+        given = self.positions or {}
+        return problem.held + sum({**_least(problem, kinds_of(self, problem)), **given}.values())
+
     def solve(
         self, problem: Problem, optimizer: Optimizer, rng: np.random.Generator, watch: Watch | None = None
     ) -> Designed:
         """Design for each kind, join the programs."""
         kinds = kinds_of(self, problem)
         weights = {name: model.smallest_n for name, model in kinds.items()}
-        least = {name: max(1, fewest - problem.held) for name, fewest in weights.items()}
-        numbers = divide(problem.n, problem.held, least, weights, self.positions or {})
+        numbers = divide(problem.n, problem.held, _least(problem, kinds), weights, self.positions or {})
         problems = {
             name: part_problem(self, problem, name, model, problem.held + numbers[name], problem.fixed)
             for name, model in kinds.items()
@@ -64,15 +70,21 @@ class Parallel(Scheme):
         parts: list[Part] = []
         for name, single in problems.items():
             result = search_part(optimizer, single, rng, watch, last=len(parts) == len(problems) - 1)
-            free = result.best.settings[problem.held :]
-            before = np.concatenate([part.settings for part in parts]) if parts else free[:0]
-            needed = ~_served(single, free, before)
-            parts.append(Part(name, free[needed], int((~needed).sum()), result))
+            before = np.concatenate([part.settings for part in parts]) if parts else np.empty((0, problem.d))
+            programs = [solution.settings[problem.held :] for solution in result.solutions]
+            served = [_served(single, program, before) for program in programs]
+            best = int(np.argmax([each.sum() for each in served]))  # of equally good ones
+            parts.append(Part(name, programs[best][~served[best]], int(served[best].sum()), result))
         settings = np.concatenate([part.settings for part in parts])
         if problem.fixed is not None:
             settings = np.concatenate([problem.fixed, settings])
         told = "; ".join(_told(part) for part in parts)
         return Designed(joined_result(problem, settings, f"parallel: {told}", parts), tuple(parts))
+
+
+def _least(problem: Problem, kinds: Mapping[str, Model]) -> dict[str, int]:
+    """The fewest positions to choose for each kind alone."""
+    return {name: max(1, model.smallest_n - problem.held) for name, model in kinds.items()}
 
 
 def _told(part: Part) -> str:

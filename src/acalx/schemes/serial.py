@@ -58,25 +58,25 @@ class Serial(Scheme):
         if self.order is not None and (isinstance(self.order, str) or not isinstance(self.order, Sequence)):
             raise ArgumentError(f"order={self.order}: give a list of kinds, as in scheme.order=[accels,gyros]")
 
+    def smallest_n(self, problem: Problem) -> int:
+        """What the first kind needs alone, and one for each further kind."""
+        kinds = self._ordered(problem)
+        given = self.positions or {}
+        chosen = problem.held + sum({**_least(problem, kinds, given), **given}.values())
+        return max(chosen, problem.model.smallest_n)
+
     def solve(
         self, problem: Problem, optimizer: Optimizer, rng: np.random.Generator, watch: Watch | None = None
     ) -> Designed:
         """Design for each kind after the other."""
-        kinds = kinds_of(self, problem)
-        order = list(kinds) if self.order is None else list(self.order)
-        if sorted(order) != sorted(kinds):
-            raise ArgumentError(f"order=[{','.join(order)}]: give each kind of the model once: {', '.join(kinds)}")
-        weights = {name: kinds[name].smallest_n for name in order}
-        first, given = order[0], self.positions or {}
-        # what is given may be 0 after the first; what is divided is at least 1
-        least = {name: 0 if name in given else 1 for name in order}
-        least[first] = max(1, weights[first] - problem.held)
-        numbers = divide(problem.n, problem.held, least, weights, given)
-        for name in order:  # refused before any work
-            part_problem(self, problem, name, kinds[name], problem.n, problem.fixed)
+        kinds = self._ordered(problem)
+        weights, given = {name: model.smallest_n for name, model in kinds.items()}, self.positions or {}
+        numbers = divide(problem.n, problem.held, _least(problem, kinds, given), weights, given)
+        for name, model in kinds.items():  # refused before any work
+            part_problem(self, problem, name, model, problem.n, problem.fixed)
         parts: list[Part] = []
         settings = problem.fixed
-        for name in order:
+        for name, model in kinds.items():
             held = 0 if settings is None else len(settings)
             if held + numbers[name] < weights[name]:
                 raise ArgumentError(
@@ -84,17 +84,31 @@ class Serial(Scheme):
                     f"they need {weights[name]}; give a larger n, or other scheme.positions"
                 )
             if numbers[name]:
-                single = part_problem(self, problem, name, kinds[name], held + numbers[name], settings)
-                result = search_part(optimizer, single, rng, watch, last=name == order[-1])
+                single = part_problem(self, problem, name, model, held + numbers[name], settings)
+                result = search_part(optimizer, single, rng, watch, last=len(parts) == len(kinds) - 1)
                 settings = result.best.settings
                 parts.append(Part(name, settings[held:], 0, result))
             else:
                 assert settings is not None  # the first kind has positions
-                _check_served(problem, name, kinds[name], settings)
+                _check_served(problem, name, model, settings)
                 parts.append(Part(name, settings[:0], 0, None))
         assert settings is not None
         told = "; ".join(_told(part) for part in parts)
         return Designed(joined_result(problem, settings, f"serial: {told}", parts), tuple(parts))
+
+    def _ordered(self, problem: Problem) -> dict[str, Model]:
+        """The kinds, the first one first."""
+        kinds = kinds_of(self, problem)
+        order = list(kinds) if self.order is None else list(self.order)
+        if sorted(order) != sorted(kinds):
+            raise ArgumentError(f"order=[{','.join(order)}]: give each kind of the model once: {', '.join(kinds)}")
+        return {name: kinds[name] for name in order}
+
+
+def _least(problem: Problem, kinds: Mapping[str, Model], given: Mapping[str, int]) -> dict[str, int]:
+    """The fewest positions that each kind adds: those given may be 0 after the first, others are one or more."""
+    first, *others = kinds
+    return {first: max(1, kinds[first].smallest_n - problem.held), **{name: int(name not in given) for name in others}}
 
 
 def _check_served(problem: Problem, name: str, model: Model, settings: Array) -> None:
