@@ -177,7 +177,8 @@ def relax(problem: Problem, tolerance: float = 1e-7) -> Relaxation:
             best = found
         else:
             idle += 1
-        if best.peak <= 1.0 + tolerance or idle == _PATIENCE:
+        at_the_edge = bool(found.information.singular)  # of what can be estimated, where no descent can begin
+        if best.peak <= 1.0 + tolerance or idle == _PATIENCE or at_the_edge:
             break
         high = heights > heights.max() - 0.99 * max(0.0, found.peak - 1.0)
         new, _ = _merged(problem, peaks[high], heights[high])

@@ -17,6 +17,10 @@ from acalx.information import Information, Parameter, parameter_groups
 __all__ = ["Target"]
 
 
+# Eigenvalues that are so much smaller than the largest count as zero.
+_EDGE = 1e-9
+
+
 @final
 @dataclass(frozen=True)
 class Target(Ceiling):
@@ -88,12 +92,22 @@ class Target(Ceiling):
         return np.asarray(-column @ column.swapaxes(-1, -2) / variance)
 
     def support(self, information: Information, multiplier: Array | None) -> Array:
-        """Of several parameters that are equally far from what is wanted, weighted by the multipliers."""
+        """Of several parameters that are equally far from what is wanted, weighted by the multipliers.
+
+        Where no more than the parameters with a target show, at the edge of what can be
+        estimated, a generalized inverse takes the place of the covariance.
+        """
         if multiplier is None:
             return -self.gradient(information)
         indices, _ = self._members(information.parameters)
-        columns = information.covariance[..., indices]
-        return np.asarray((columns * (multiplier / information.variances[..., indices])) @ columns.swapaxes(-1, -2))
+        covariance = information.covariance
+        if information.singular:
+            diagonal = information.matrix.diagonal()
+            size = np.sqrt(np.where(diagonal > _EDGE * diagonal.max(), diagonal, diagonal.max()))
+            covariance = np.linalg.pinv(information.matrix / size / size[:, None], _EDGE, hermitian=True)
+            covariance = covariance / size / size[:, None]
+        columns = covariance[:, indices]
+        return np.asarray((columns * (multiplier / covariance[indices, indices])) @ columns.T)
 
     def least_loss(self, support: Array, at: Information) -> Array:
         """log (tr (W^1/2 S W^1/2)^1/2)^2 with W = diag(w_i / s_i^2) of weights w that sum to 1.
