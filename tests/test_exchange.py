@@ -15,7 +15,7 @@ from acalx.models import ScalarAccel
 from acalx.optimizers import Account, Exchange
 from acalx.optimizers.descent import descend
 from acalx.optimizers.starts import regular_starts
-from acalx.optimizers.swaps import Candidates, candidates_of, descend_swaps, nearest
+from acalx.optimizers.swaps import candidates_of, descend_swaps, nearest
 from acalx.problem import Problem
 from acalx.stands import TwoAxis
 from parts import CRITERIA, D_FAIR
@@ -99,7 +99,7 @@ def test_rounding_takes_the_nearest_stop():
     stops = nearest(bound, programs, None)
     assert bound.stand.allows(stops).all()
     assert np.abs(np.degrees(stops - programs)).max() <= 5 + 1e-9
-    every = Candidates.of(bound, bound.stand.candidates(1))
+    every = candidates_of(bound, 1)
     assert bound.stand.allows(nearest(bound, programs, every)).all()
 
 

@@ -409,7 +409,8 @@ def test_options_are_the_defaults_of_the_class_and_all_of_them(path):
     """Else the command line and Python would give different programs."""
     config = OmegaConf.load(CONF / path)
     part = hydra.utils.instantiate(config, _convert_="all")
-    assert json.loads(json.dumps(asdict(part))) == json.loads(json.dumps(asdict(type(part)())))
+    if path.stem != "joined":  # which has no default: its parts are an example
+        assert json.loads(json.dumps(asdict(part))) == json.loads(json.dumps(asdict(type(part)())))
     assert set(config) - {"_target_"} == set(asdict(part))
 
 

@@ -12,6 +12,7 @@ from acalx.optimizers import Gradient
 from acalx.orientation import _Rotations, orient
 from acalx.problem import Problem
 from acalx.stands import TwoAxis
+from command import run
 from parts import D_FAIR
 
 
@@ -66,3 +67,28 @@ def test_limits_of_the_stand_are_obeyed():
     turned = orient(problem, solutions, A(), np.random.default_rng(0))
     assert problem.stand.allows(turned.solution.settings, tolerance=1e-6).all()
     assert turned.after <= turned.before
+
+
+def test_orient_on_the_command_line_runs_again_from_its_record(tmp_path):
+    first = run(tmp_path, "criterion=d", "orient=d_fair", "n=9", "figures=false", into="first")
+    assert first.status == 0, first.err
+    assert "turned at no cost" in first.result["message"]
+    assert first.metrics["inequality"]["bias"] < 1e-3
+    again = run(tmp_path, f"--config-dir={first.directory}", "--config-name=resolved", into="again")
+    assert (again.directory / "program.csv").read_text() == (first.directory / "program.csv").read_text()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("criterion=a", "orient=d"), "criterion A changes by"),
+        (("criterion=d", "orient=dfair"), "orient: there is no criterion dfair; did you mean d_fair"),
+        (("objectives=[d,a]", "optimizer=scalarized", "orient=e"), "not several"),
+        (("criterion=d", "orient=a", "stand.step_deg=15"), "steps only"),
+    ],
+)
+def test_orient_is_refused_before_the_search(tmp_path, arguments, words):
+    outcome = run(tmp_path, *arguments, "figures=false")
+    assert outcome.status == 1
+    assert words in outcome.err
+    assert outcome.result["evaluations"] == 0

@@ -31,7 +31,7 @@ from acalx.estimation.subsets import best_positions, efficiency, random_position
 from acalx.estimation.validation import Validation, held_out, random_splits, validate_splits
 from acalx.information import parameter_groups
 from acalx.models import ScalarAccel
-from acalx.programs import published
+from acalx.programs import published_for
 from acalx.reporting.figures import new_figure, save
 from acalx.reporting.tables import markdown
 from acalx.stands import TwoAxis
@@ -219,7 +219,7 @@ def programs(data: Data) -> dict[str, str]:
     """Published programs by the nearest measured positions, medians over the triads."""
     stand, rng = TwoAxis(), np.random.default_rng(2)
     wanted = {}
-    for name, program in published().items():
+    for name, program in published_for(stand).items():
         force = stand.stimulus(program.settings_for(stand)).specific_force
         assert force is not None  # a two-axis table always gives it
         wanted[name] = force

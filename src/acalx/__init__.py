@@ -5,8 +5,9 @@ The names below are imported when they are first used, so that ``import acalx`` 
 
 from __future__ import annotations
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from acalx.lazy import names_from
 
 if TYPE_CHECKING:
     from acalx.criteria import A, Criterion, D, E, Inequality, Objectives, Product, Target
@@ -42,6 +43,7 @@ if TYPE_CHECKING:
     from acalx.optimizers import (
         NSGA2,
         Auto,
+        Convex,
         DifferentialEvolution,
         Exchange,
         Gradient,
@@ -65,6 +67,7 @@ __all__ = [
     "Auto",
     "Calibration",
     "Composite",
+    "Convex",
     "Correction",
     "Criterion",
     "D",
@@ -150,6 +153,7 @@ _HOMES = {
     "acalx.optimizers": (
         "NSGA2",
         "Auto",
+        "Convex",
         "DifferentialEvolution",
         "Exchange",
         "Gradient",
@@ -166,8 +170,4 @@ _HOMES = {
 }
 
 
-def __getattr__(name: str) -> Any:
-    for module, names in _HOMES.items():
-        if name in names:
-            return getattr(import_module(module), name)
-    raise AttributeError(f"module 'acalx' has no attribute {name!r}")
+__getattr__ = names_from(__name__, _HOMES)

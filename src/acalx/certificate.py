@@ -20,9 +20,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from acalx.criteria import Ceiling, Criterion
+from acalx.criteria import Ceiling, Criterion, Product
 from acalx.problem import Problem
-from acalx.relaxation import Relaxation, enumerable, looked_at_stops, relax, sensitivity, share_of_fixed
+from acalx.relaxation import Relaxation, enumerable, looked_at_stops, relax, sensitivity, stops_of
 from acalx.stands import Stand
 from acalx.supremum import Cells, cells_between, cells_of, supremum
 
@@ -31,11 +31,12 @@ __all__ = ["Certificate", "certify"]
 # The efficiency from which a program counts as proved optimal is one less this.
 _PROVED = 1e-6
 # How far above the largest sensitivity found the proof starts: the margin that is given away.
-_MARGIN = 1e-7
+_MARGIN = 3e-8
 # Cells a turn at which branch and bound begins, and half the width in rad below which a zone known
 # as a function is not asked more finely: the certificate says so.
 _FIRST_CELLS = 24
 _FINEST = math.radians(0.02)
+_DIGITS = 7
 
 
 @dataclass(frozen=True)
@@ -101,9 +102,8 @@ def certify(problem: Problem, loss: float) -> Certificate:
     loss : float
         Of the program.
     """
-    terms = problem.criterion.terms()
-    factors: list[tuple[float, Criterion]] = [*terms.smooth, *terms.ceilings]
     p = len(problem.parameters)
+    factors = _factors(problem.criterion, p)
     total, margin, scale, parts, methods = 0.0, 0.0, 0.0, {}, []
     holds = True
     for weight, criterion in factors:
@@ -128,13 +128,38 @@ def certify(problem: Problem, loss: float) -> Certificate:
     return Certificate(math.exp(total), efficiency, gap, method, margin, proved, parts if len(factors) > 1 else {})
 
 
+def _factors(criterion: Criterion, p: int) -> list[tuple[float, Criterion]]:
+    """What is bounded by itself: the smooth part together where it has a degree, and each ceiling."""
+    terms = criterion.terms()
+    smooth: list[tuple[float, Criterion]] = list(terms.smooth)
+    if len(smooth) > 1:
+        weights, criteria = zip(*smooth, strict=True)
+        together = Product(criteria, weights)
+        if together.degree(p) is not None:
+            smooth = [(1.0, together)]
+    return [*smooth, *terms.ceilings]
+
+
 def _bound(problem: Problem, degree: float) -> _Bound:
     """Least loss for n positions, from the relaxation and a proof of its largest sensitivity."""
     relaxation = relax(problem)
-    peak, method, proved = _proved_peak(problem, relaxation)
+    if enumerable(problem) and not problem.replicates:
+        peak, method, proved = _mean_of_highest(problem, relaxation), "relaxation, every stop used once at most", True
+    else:
+        peak, method, proved = _proved_peak(problem, relaxation)
     least = float(problem.criterion.least_loss(relaxation.support, relaxation.information))
     loss = least - degree * math.log((problem.n - problem.held) * peak)
     return _Bound(loss, degree * math.log(peak / min(relaxation.peak, peak)), method, proved)
+
+
+def _mean_of_highest(problem: Problem, relaxation: Relaxation) -> float:
+    """Mean sensitivity over as many stops as there are positions to choose, the highest, each direction once."""
+    stops = stops_of(problem.stand)
+    felt = np.concatenate([felt for _, felt in problem.stand.stimulus(stops).quantities()], axis=-1)
+    # what rounding tells apart counts twice, which leaves the bound a bound
+    _, first = np.unique(np.round(felt, _DIGITS) + 0.0, axis=0, return_index=True)
+    values = np.sort(sensitivity(problem, relaxation.support, stops[first])[0])[::-1][: problem.n - problem.held]
+    return float(values.mean() + (relaxation.support * problem.base_share).sum())
 
 
 def _proved_peak(problem: Problem, relaxation: Relaxation) -> tuple[float, str, bool]:
@@ -145,7 +170,7 @@ def _proved_peak(problem: Problem, relaxation: Relaxation) -> tuple[float, str, 
     if frequencies is None or degree is None:
         return relaxation.peak, "relaxation, sensitivity not proved between the points where it was computed", False
     degrees = [2 * degree * frequency for frequency in frequencies]
-    share = float((relaxation.support * share_of_fixed(problem)).sum())
+    share = float((relaxation.support * problem.base_share).sum())
 
     def values(points: np.ndarray) -> np.ndarray:
         return sensitivity(problem, relaxation.support, points)[0] + share
@@ -175,10 +200,6 @@ def _axes(stand: Stand) -> list[tuple[np.ndarray, np.ndarray]]:
         if stops:
             axes.append((setting.stops(), np.zeros(len(setting.stops()))))
             continue
-        ends = [angle for zone in stand.zones for angle in zone.edges(axis)]
-        if setting.periodic:
-            ends = [angle + turn for angle in ends for turn in 2.0 * math.pi * np.arange(-3, 4)]
-        inside = [angle for angle in ends if setting.lower < angle < setting.upper]
         regular = np.linspace(setting.lower, setting.upper, _FIRST_CELLS + 1)
-        axes.append(cells_between(np.unique(np.concatenate([regular, inside]))))
+        axes.append(cells_between(np.union1d(regular, stand.zone_edges(axis))))
     return axes

@@ -1,4 +1,4 @@
-"""Objectives from the names of criteria on the command line, their own YAMLs included."""
+"""Criteria from their names on the command line, the user's own YAMLs included."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from acalx.errors import ArgumentError
 from acalx.explain import suggestion
 from acalx.launch import build
 
-__all__ = ["build_objectives", "compose_objectives"]
+__all__ = ["build_objectives", "compose_objectives", "compose_orient"]
 
 _GROUP = "criterion"
 
@@ -48,7 +48,7 @@ def compose_objectives(config: DictConfig, overrides: Sequence[str]) -> DictConf
         for k, name in enumerate(names):
             if name in names[:k]:
                 raise ArgumentError(f"objectives=[{','.join(map(str, names))}]: {name} is there twice; once is right")
-        chosen = {str(name): _compose(str(name)) for name in names}
+        chosen = {str(name): _compose("objectives", str(name)) for name in names}
     whole = OmegaConf.to_container(config, resolve=True)
     assert isinstance(whole, dict)
     return OmegaConf.create({**whole, "objectives": chosen, _GROUP: None})
@@ -60,9 +60,24 @@ def build_objectives(config: DictConfig) -> Objectives:
     return Objectives([build(config.objectives, name, Criterion) for name in names], names)
 
 
-def _compose(name: str) -> Any:
+def compose_orient(config: DictConfig) -> DictConfig:
+    """The configuration with the criterion that ``orient`` names in the place of its name.
+
+    Raises
+    ------
+    ArgumentError
+        A name that there is not.
+    """
+    if config.orient is None or isinstance(config.orient, DictConfig):
+        return config
+    whole = OmegaConf.to_container(config, resolve=True)
+    assert isinstance(whole, dict)
+    return OmegaConf.create({**whole, "orient": _compose("orient", str(config.orient))})
+
+
+def _compose(option: str, name: str) -> Any:
     """What an option of the criterion group stands for, on Hydra's search path."""
     known = GlobalHydra.instance().config_loader().get_group_options(_GROUP)
     if name not in known:
-        raise ArgumentError(f"objectives: there is no criterion {name}{suggestion(name, known)}")
+        raise ArgumentError(f"{option}: there is no criterion {name}{suggestion(name, known)}")
     return OmegaConf.to_container(hydra.compose(f"{_GROUP}/{name}")[_GROUP], resolve=True)

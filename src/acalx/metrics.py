@@ -7,10 +7,9 @@ from typing import Any
 import numpy as np
 
 from acalx.arrays import Array
-from acalx.errors import CompatibilityError
 from acalx.information import Information
 from acalx.problem import Problem
-from acalx.programs import Program, published
+from acalx.programs import Program, published_for
 
 __all__ = ["best_published", "figures_of_merit", "published_losses"]
 
@@ -65,14 +64,10 @@ def best_published(problem: Problem) -> Program | None:
 def published_losses(problem: Problem) -> list[tuple[Program, Array]]:
     """Published programs of as many positions that can estimate all the parameters, with their losses (k,)."""
     found = []
-    for program in published().values():
+    for program in published_for(problem.stand).values():
         if program.n != problem.n:
             continue
-        try:
-            settings = program.settings_for(problem.stand)
-        except CompatibilityError:
-            continue  # a program for another stand is nothing to compare with
-        losses = problem.losses(settings)
+        losses = problem.losses(program.settings_for(problem.stand))
         if np.isfinite(losses).all():
             found.append((program, losses))
     return found

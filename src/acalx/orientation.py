@@ -17,10 +17,11 @@ from acalx.errors import CompatibilityError
 from acalx.information import Information, Parameter
 from acalx.optimizers import Account, Solution
 from acalx.optimizers.descent import descend
+from acalx.optimizers.starts import regular_starts
 from acalx.problem import Problem
 from acalx.stimulus import Stimulus
 
-__all__ = ["Orientation", "orient"]
+__all__ = ["Orientation", "check_orientation", "orient"]
 
 _TOLERANCE, _ITERATIONS = 1e-6, 200  # of a descent
 _TRIALS = 8  # random rotations for which the first criterion must stay the same
@@ -64,7 +65,7 @@ def orient(
     CompatibilityError
         Where positions can't be rotated freely, or the problem's criterion changes when they are.
     """
-    _check(problem, solutions[0], second, rng)
+    check_orientation(problem, second, rng)
     before = float(problem.with_criterion(second).loss(solutions[0].settings))
     best = solutions[0].settings
     least = before
@@ -82,9 +83,12 @@ def orient(
     return Orientation(Solution(best, float(problem.loss(best))), before, least)
 
 
-def _check(problem: Problem, solution: Solution, second: Criterion, rng: np.random.Generator) -> None:
+def check_orientation(problem: Problem, second: Criterion, rng: np.random.Generator) -> None:
+    """Raise CompatibilityError where positions can't be rotated freely, or the problem's criterion feels it."""
     stand, needs = type(problem.stand).__name__, problem.model.needs
     second.check(problem.parameters)
+    if len(problem.criterion.objectives) > 1 or len(second.objectives) > 1:
+        raise CompatibilityError("orient: one criterion is designed for and one more chooses the rotation, not several")
     if problem.held:
         raise CompatibilityError("orient: fixed positions can't be rotated; leave out orient= or fixed=")
     if problem.stand.stepped:
@@ -94,10 +98,11 @@ def _check(problem: Problem, solution: Solution, second: Criterion, rng: np.rand
             f"orient: model {type(problem.model).__name__} needs {', '.join(needs)}; "
             "only what the specific force alone decides can be rotated"
         )
-    rotations = _Rotations(problem, _directions(problem, solution.settings), problem.criterion)
-    trials = rng.normal(0.0, 1.5, (_TRIALS, 1, 3))
-    change = np.abs(rotations.loss(trials) - solution.loss).max()
-    if not change < _INVARIANT * (1.0 + abs(solution.loss)):
+    program = regular_starts(problem, rng, 1)[0]
+    rotations = _Rotations(problem, _directions(problem, program), problem.criterion)
+    losses = rotations.loss(np.concatenate([np.zeros((1, 1, 3)), rng.normal(0.0, 1.5, (_TRIALS, 1, 3))]))
+    change = float(np.ptp(losses)) if np.isfinite(losses).all() else 0.0  # a singular one is singular when rotated
+    if not change < _INVARIANT * (1.0 + abs(float(losses[0]))):
         raise CompatibilityError(
             f"orient: criterion {problem.criterion.label} changes by {change:.2g} in loss when the program is rotated, "
             "so that no rotation is free; design for a product of both criteria instead"

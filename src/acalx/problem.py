@@ -98,6 +98,11 @@ class Problem:
         return self.information(self.fixed).matrix
 
     @property
+    def base_share(self) -> Array:
+        """Of the information of the fixed positions what falls to each of the others, (p, p)."""
+        return self.base / (self.n - self.held)
+
+    @property
     def d(self) -> int:
         """Number of settings of a position."""
         return len(self.stand.settings)

@@ -17,7 +17,7 @@ from acalx.files import CsvFile, did_you_mean, is_number
 from acalx.publications import PUBLISHED
 from acalx.units import DEGREE, Unit, unit_of_column
 
-__all__ = ["Program", "find_program", "published", "read_program"]
+__all__ = ["Program", "find_program", "published", "published_for", "read_program"]
 
 # Cosines printed with three decimals are this far from a unit vector at most.
 _UNIT_TOLERANCE = 1e-3
@@ -108,6 +108,14 @@ class Program:
         units = self.settings_units or (DEGREE,) * len(self.settings_names)
         return tuple(unit.column(name) for name, unit in zip(self.settings_names, units, strict=True))
 
+    def suits(self, stand: _Stand) -> bool:
+        """Whether it gives angles of this stand, or directions that the stand can be aimed at."""
+        try:
+            self.settings_for(stand)
+        except CompatibilityError:
+            return False
+        return True
+
     def settings_for(self, stand: _Stand) -> Array:
         """Settings that put the sensor into the positions on this stand.
 
@@ -154,6 +162,11 @@ def published() -> dict[str, Program]:
     12
     """
     return {name: _publish(name) for name in PUBLISHED}
+
+
+def published_for(stand: _Stand) -> dict[str, Program]:
+    """Those that a stand can understand: its angles, or directions where it can be aimed."""
+    return {name: program for name, program in published().items() if program.suits(stand)}
 
 
 def find_program(name_or_path: str) -> Program:

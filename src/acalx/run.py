@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import sys
 from dataclasses import asdict, dataclass, replace
 from typing import Any
@@ -10,19 +11,20 @@ import numpy as np
 from omegaconf import DictConfig, OmegaConf
 
 from acalx.certificate import Certificate, certify
-from acalx.composition import build_objectives, compose_objectives
+from acalx.composition import build_objectives, compose_objectives, compose_orient
 from acalx.criteria import Criterion
 from acalx.errors import ArgumentError
 from acalx.launch import INTERRUPTED, Entry, build, launch
 from acalx.metrics import best_published, figures_of_merit, published_losses
 from acalx.models import Model
-from acalx.optimizers import Optimizer, Result
+from acalx.optimizers import Design, Optimizer, Result
 from acalx.options import target_of
+from acalx.orientation import check_orientation, orient
 from acalx.problem import Problem
 from acalx.programs import Program, find_program
 from acalx.recording import RunDirectory
 from acalx.reporting.progress import Progress
-from acalx.reporting.tables import align, figures_table, program_table, units_line
+from acalx.reporting.tables import align, figures_table, program_table, units_line, weights_table
 from acalx.schemes import Designed, Part, Scheme
 from acalx.smallest import smallest_program
 from acalx.stands import Stand
@@ -45,6 +47,7 @@ class RunConfig:
     n_most: Any = 500
     fixed: Any = None
     replicates: Any = True
+    orient: Any = None
     seed: Any = 0
     certificate: Any = "auto"
     figures: bool = True
@@ -56,6 +59,7 @@ def design(config: DictConfig, directory: RunDirectory) -> int:
     directory.remember(n=config.n, seed=config.seed)
     if config.objectives is not None:
         config = compose_objectives(config, directory.overrides)
+    config = compose_orient(config)
     directory.write_text("resolved.yaml", _resolved(config))
     bounded = _wants_certificate(config)
     seed = config.seed
@@ -74,6 +78,9 @@ def design(config: DictConfig, directory: RunDirectory) -> int:
     if target is not None:  # to begin with
         n = model.smallest_n + (0 if fixed is None else len(fixed))
     problem = Problem(stand, model, criterion, n, fixed, config.replicates)
+    second = None if config.orient is None else build(config, "orient", Criterion)
+    if second is not None:
+        check_orientation(problem, second, np.random.default_rng(seed))
     progress = Progress()
     try:
         if target is None:
@@ -92,7 +99,9 @@ def design(config: DictConfig, directory: RunDirectory) -> int:
     result = designed.result
     if len(result.best.settings) != problem.n:  # where the optimizer or the scheme chooses how many
         problem = replace(problem, n=len(result.best.settings))
-    _record_parts(problem, designed.parts, directory)
+    if second is not None and result.status != "interrupted":
+        result = _turned(problem, result, second, np.random.default_rng(seed))
+    _record_parts(designed.parts, directory)
     _record(problem, result, directory)  # before anything else can go wrong
     certificate = None
     if bounded and result.status != "interrupted":
@@ -104,11 +113,21 @@ def design(config: DictConfig, directory: RunDirectory) -> int:
     reference = None if result.front else best_published(problem)
     _show(problem, result, reference, certificate, directory)
     if config.figures:
-        _draw(problem, designed, reference, directory)
+        _draw(problem, replace(designed, result=result), reference, directory)
     return INTERRUPTED if result.status == "interrupted" else 0
 
 
-def _record_parts(problem: Problem, parts: tuple[Part, ...], directory: RunDirectory) -> None:
+def _turned(problem: Problem, result: Result, second: Criterion, rng: np.random.Generator) -> Result:
+    """The result with its best program rotated, and that said."""
+    turned = orient(problem, result.solutions, second, rng)
+    message = (
+        f"{result.message}; turned at no cost, by which the second criterion fell "
+        f"from {np.exp(turned.before):.6g} to {np.exp(turned.after):.6g}"
+    )
+    return replace(result, message=message, solutions=(turned.solution, *result.solutions))
+
+
+def _record_parts(parts: tuple[Part, ...], directory: RunDirectory) -> None:
     """What each part of the model got, with its landscape where there is one."""
     if not parts:
         return
@@ -138,6 +157,8 @@ def _record(problem: Problem, result: Result, directory: RunDirectory) -> None:
         directory.write_history(result.history)
     if result.survey is not None:
         directory.write_survey(result.survey)
+    if result.design is not None:
+        directory.write_weights(problem.stand, result.design)
     _record_result(problem, result, None, directory)
 
 
@@ -158,7 +179,25 @@ def _record_result(problem: Problem, result: Result, certificate: Certificate | 
         alternatives=len(result.solutions) - 1,
         certificate=None if certificate is None else asdict(certificate),
         **front,
+        **_design_entries(result.design),
     )
+
+
+def _design_entries(design: Design | None) -> dict[str, Any]:
+    """The approximate design in result.json, where the optimizer gives one."""
+    if design is None:
+        return {}
+    entries = {
+        "value": math.exp(design.loss),
+        "loss": design.loss,
+        "gap": design.gap,
+        "efficiency": 1.0 / (1.0 + design.gap),
+        "support_points": design.count,
+        "positions": len(design.weights),
+        "candidates": design.candidates,
+        "method": design.method,
+    }
+    return {"design": entries}
 
 
 def _draw(problem: Problem, designed: Designed, reference: Program | None, directory: RunDirectory) -> None:
@@ -211,6 +250,9 @@ def _show(
         columns[reference.name] = figures_of_merit(problem.information(other))
     print(program_table(problem.stand, settings, problem.held))
     print()
+    if result.design is not None:
+        print(weights_table(problem.stand, *result.design.merged()))
+        print()
     print(align(figures_table(columns)))
     print(units_line(problem.parameters))
     print()

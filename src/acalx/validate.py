@@ -27,7 +27,7 @@ from acalx.estimation.validation import (
 from acalx.launch import FAILED, Entry, build, launch
 from acalx.models import ScalarAccel
 from acalx.options import names_of, where_of
-from acalx.programs import find_program, published
+from acalx.programs import find_program, published_for
 from acalx.recording import RunDirectory
 from acalx.reporting.tables import align
 from acalx.stands import Stand
@@ -128,7 +128,7 @@ def validate(config: DictConfig, directory: RunDirectory) -> int:
 
 def _programs(config: DictConfig, stand: Stand) -> dict[str, Array]:
     """The vertical in sensor axes of the programs to compare."""
-    names = list(published()) if config.programs is None else names_of(config, "programs")
+    names = list(published_for(stand)) if config.programs is None else names_of(config, "programs")
     directions = {}
     for name in names:
         program = find_program(name)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import final
+from typing import Any, final
 
 import numpy as np
 
@@ -30,6 +30,18 @@ class D(Criterion):
         """-K."""
         return -information.covariance
 
+    def curvature(self, information: Information, directions: Array) -> Array:
+        """trace(K D_i K D_j)."""
+        moved = information.covariance @ directions
+        q = len(moved)
+        return np.asarray(moved.reshape(q, -1) @ moved.swapaxes(-1, -2).reshape(q, -1).T)
+
+    def convex(self, matrix: Any, factor: Array) -> Any:
+        """-log det of the matrix: the factor only adds a constant."""
+        import cvxpy
+
+        return -cvxpy.log_det(matrix)
+
     def degree(self, p: int) -> float:
         """p."""
         return float(p)
@@ -52,6 +64,22 @@ class A(Criterion):
         covariance = information.covariance
         trace = information.variances.sum(axis=-1)[..., None, None]
         return np.asarray(-(covariance @ covariance) / trace)
+
+    def curvature(self, information: Information, directions: Array) -> Array:
+        """2 trace(K D_i K D_j K) / tr K - trace(K D_i K) trace(K D_j K) / (tr K)^2."""
+        covariance = information.covariance
+        q, trace = len(directions), float(information.variances.sum())
+        along = covariance @ directions
+        twice = (along @ covariance).reshape(q, -1)
+        slopes = np.einsum("iab,ba->i", along, covariance) / trace
+        return np.asarray(2.0 * along.swapaxes(-1, -2).reshape(q, -1) @ twice.T / trace - np.outer(slopes, slopes))
+
+    def convex(self, matrix: Any, factor: Array) -> Any:
+        """tr K, in units in which it is of the order of one."""
+        import cvxpy
+
+        root = np.linalg.inv(factor)
+        return cvxpy.matrix_frac(root / np.linalg.norm(root), matrix)
 
     def degree(self, p: int) -> float:
         """One."""
@@ -78,6 +106,12 @@ class E(Ceiling):
         worst = vectors[..., 0]
         return np.asarray(-worst[..., :, None] * worst[..., None, :] / values[..., 0, None, None])
 
+    def convex(self, matrix: Any, factor: Array) -> Any:
+        """Minus the smallest eigenvalue of M."""
+        import cvxpy
+
+        return -cvxpy.lambda_min(factor @ matrix @ factor.T)
+
     def degree(self, p: int) -> float:
         """One."""
         return 1.0
@@ -89,6 +123,10 @@ class E(Ceiling):
     def support(self, information: Information, multiplier: Array | None) -> Array:
         """The multiplier: at a multiple eigenvalue the gradient would take one eigenvector of many."""
         return -self.gradient(information) if multiplier is None else multiplier
+
+    def inequality_matrix(self, p: int) -> Array:
+        """The unit matrix."""
+        return np.eye(p)
 
     @property
     def log_floor(self) -> float:

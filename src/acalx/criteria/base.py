@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -62,6 +63,26 @@ class Criterion(ABC):
         inverse = np.linalg.inv(factor[..., 0, 0, :, :])
         return np.asarray(inverse.swapaxes(-1, -2) @ gradient @ inverse)
 
+    def curvature(self, information: Information, directions: Array) -> Array:
+        """Second derivatives of the loss along symmetric matrices: (q, p, p) to (q, q).
+
+        The default differentiates `gradient` numerically, by central differences.
+
+        Parameters
+        ----------
+        information : Information
+            With one matrix (p, p).
+        directions : array (q, p, p)
+        """
+        root = np.linalg.inv(np.linalg.cholesky(information.matrix))
+        sizes = np.linalg.norm(root @ directions @ root.T, axis=(-2, -1))[:, None, None]
+        moves = 1e-4 / sizes * directions
+        moved = Information(information.matrix + np.stack([moves, -moves]), information.parameters)
+        above, below = self.gradient(moved)
+        slopes = (above - below) / (2e-4 / sizes)
+        curvature = np.einsum("iab,jab->ij", directions, slopes)
+        return np.asarray(0.5 * (curvature + curvature.T))
+
     @property
     def label(self) -> str:
         """Its name in messages."""
@@ -116,6 +137,27 @@ class Criterion(ABC):
             With one matrix, at or near the optimum.
         """
         return self.loss(at)
+
+    def convex(self, matrix: Any, factor: Array) -> Any:
+        """A cvxpy expression that is least where the loss is; None, the default, where there is none.
+
+        The information is factor @ matrix @ factor.T. A form in which the factor is taken out,
+        up to a positive factor or a constant, is more accurate where the parameters differ much
+        in how well they are seen.
+
+        Parameters
+        ----------
+        matrix : cvxpy.Variable (p, p)
+            Symmetric, not far from the unit matrix.
+        factor : array (p, p)
+            Lower triangular.
+
+        Returns
+        -------
+        cvxpy.Expression or None
+            A scalar, convex by cvxpy's rules.
+        """
+        return None
 
     def terms(self) -> Terms:
         """The loss taken apart for optimizers that need smooth functions."""
@@ -173,6 +215,17 @@ class Ceiling(Criterion):
         multiplier : array
             The next multiplier.
         """
+
+    def inequality_matrix(self, p: int) -> Array | None:
+        """C (p, p), where the value is the least t with C <= t M as a matrix; None, the default, where it is not."""
+        return None
+
+    def smoothed(self) -> Criterion | None:
+        """A smooth criterion of the same degree whose best measure is nearly the best for this one; None: none.
+
+        A bound is computed from that measure and its support where there is no `inequality_matrix`.
+        """
+        return None
 
     def terms(self) -> Terms:
         """One ceiling, nothing smooth."""

@@ -73,6 +73,21 @@ class Product(Criterion):
         """Weighted sum of the gradients."""
         return np.asarray(sum(exponent * criterion.gradient(information) for exponent, criterion in self._factors()))
 
+    def curvature(self, information: Information, directions: Array) -> Array:
+        """Weighted sum of the curvatures."""
+        each = [exponent * criterion.curvature(information, directions) for exponent, criterion in self._factors()]
+        return np.asarray(sum(each))
+
+    def degree(self, p: int) -> float | None:
+        """Weighted sum of the degrees, where every factor is smooth and has one.
+
+        A geometric mean of concave functions is concave.
+        """
+        degrees = [criterion.degree(p) for criterion in self.criteria]
+        if self.terms().ceilings or any(degree is None for degree in degrees):
+            return None
+        return sum(exponent * (degree or 0.0) for (exponent, _), degree in zip(self._factors(), degrees, strict=True))
+
     def terms(self) -> Terms:
         """The terms of all the factors."""
         smooth: list[tuple[float, Criterion]] = []

@@ -10,15 +10,15 @@ from typing import final
 import numpy as np
 
 from acalx.arrays import Array
-from acalx.criteria.base import Ceiling
+from acalx.criteria.base import Ceiling, Criterion
 from acalx.errors import ArgumentError
 from acalx.information import Information, Parameter, parameter_groups
 
 __all__ = ["Target"]
 
 
-# Eigenvalues that are so much smaller than the largest count as zero.
-_EDGE = 1e-9
+# Power of the norm that stands for the maximum in bounds: as large as Newton's method takes it.
+_POWER = 300.0
 
 
 @final
@@ -91,23 +91,13 @@ class Target(Ceiling):
         variance = np.take_along_axis(column, worst[..., None, None], axis=-2)
         return np.asarray(-column @ column.swapaxes(-1, -2) / variance)
 
-    def support(self, information: Information, multiplier: Array | None) -> Array:
-        """Of several parameters that are equally far from what is wanted, weighted by the multipliers.
+    def smoothed(self) -> Criterion:
+        """A norm in the place of the maximum."""
+        return _Norm(self)
 
-        Where no more than the parameters with a target show, at the edge of what can be
-        estimated, a generalized inverse takes the place of the covariance.
-        """
-        if multiplier is None:
-            return -self.gradient(information)
-        indices, _ = self._members(information.parameters)
-        covariance = information.covariance
-        if information.singular:
-            diagonal = information.matrix.diagonal()
-            size = np.sqrt(np.where(diagonal > _EDGE * diagonal.max(), diagonal, diagonal.max()))
-            covariance = np.linalg.pinv(information.matrix / size / size[:, None], _EDGE, hermitian=True)
-            covariance = covariance / size / size[:, None]
-        columns = covariance[:, indices]
-        return np.asarray((columns * (multiplier / covariance[indices, indices])) @ columns.T)
+    def support(self, information: Information, multiplier: Array | None) -> Array:
+        """The multiplier: where several parameters are equally far from what is wanted the gradient takes one."""
+        return -self.gradient(information) if multiplier is None else multiplier
 
     def least_loss(self, support: Array, at: Information) -> Array:
         """log (tr (W^1/2 S W^1/2)^1/2)^2 with W = diag(w_i / s_i^2) of weights w that sum to 1.
@@ -156,3 +146,47 @@ class Target(Ceiling):
         """log K_ii / s_i^2 of each of the parameters, (..., q)."""
         indices, logs = self._members(information.parameters)
         return np.asarray(np.log(information.variances[..., indices]) - logs)
+
+
+@final
+@dataclass(frozen=True)
+class _Norm(Criterion):
+    """log (sum (K_ii / s_i^2)^q)^(1/q): above the maximum by a factor m^(1/q) of m parameters at most."""
+
+    target: Target
+
+    def degree(self, p: int) -> float:
+        """One."""
+        return 1.0
+
+    def loss(self, information: Information) -> Array:
+        logs = self.target._logs(information)
+        most = logs.max(axis=-1)
+        return np.asarray(most + np.log(np.exp(_POWER * (logs - most[..., None])).sum(axis=-1)) / _POWER)
+
+    def gradient(self, information: Information) -> Array:
+        """-sum l_i K e_i e_i' K / K_ii, with l_i the share of a parameter in the sum."""
+        columns, shares = self._shares(information)
+        weights = shares / information.variances[..., self._indices(information)]
+        return np.asarray(-(columns * weights[..., None, :]) @ columns.swapaxes(-1, -2))
+
+    def curvature(self, information: Information, directions: Array) -> Array:
+        columns, shares = self._shares(information)
+        variances = information.variances[self._indices(information)]
+        moved = directions @ columns  # D K e_i, (..., p, m)
+        slopes = -np.einsum("pm,dpm->dm", columns, moved) / variances
+        bend = 2.0 * np.einsum(
+            "dpm,pr,erm,m->de", moved, information.covariance, moved, shares / variances, optimize=True
+        )
+        mean = slopes @ shares
+        spread = (slopes * shares) @ slopes.T
+        return np.asarray(bend - spread + _POWER * (spread - np.outer(mean, mean)))
+
+    def _indices(self, information: Information) -> Sequence[int]:
+        return self.target._members(information.parameters)[0]
+
+    def _shares(self, information: Information) -> tuple[Array, Array]:
+        """Columns of the covariance (..., p, m) and shares of the parameters (..., m)."""
+        logs = self.target._logs(information)
+        powers = np.exp(_POWER * (logs - logs.max(axis=-1, keepdims=True)))
+        return information.covariance[..., self._indices(information)], powers / powers.sum(axis=-1, keepdims=True)

@@ -1,19 +1,27 @@
 """Optimizers: what searches for the best program."""
 
-from acalx.optimizers.auto import Auto
-from acalx.optimizers.base import Account, Optimizer, Result, Solution, Survey
-from acalx.optimizers.de import DifferentialEvolution
-from acalx.optimizers.exchange import Exchange
-from acalx.optimizers.gradient import Gradient
-from acalx.optimizers.nsga2 import NSGA2
-from acalx.optimizers.pareto import FrontPoint
-from acalx.optimizers.scalarized import Scalarized
-from acalx.optimizers.traversal import Traversal
+from typing import TYPE_CHECKING
+
+from acalx.lazy import names_from
+
+if TYPE_CHECKING:
+    from acalx.optimizers.auto import Auto
+    from acalx.optimizers.base import Account, Design, Optimizer, Result, Solution, Survey
+    from acalx.optimizers.convex import Convex
+    from acalx.optimizers.de import DifferentialEvolution
+    from acalx.optimizers.exchange import Exchange
+    from acalx.optimizers.gradient import Gradient
+    from acalx.optimizers.nsga2 import NSGA2
+    from acalx.optimizers.pareto import FrontPoint
+    from acalx.optimizers.scalarized import Scalarized
+    from acalx.optimizers.traversal import Traversal
 
 __all__ = [
     "NSGA2",
     "Account",
     "Auto",
+    "Convex",
+    "Design",
     "DifferentialEvolution",
     "Exchange",
     "FrontPoint",
@@ -25,3 +33,26 @@ __all__ = [
     "Survey",
     "Traversal",
 ]
+
+__getattr__ = names_from(
+    __name__,
+    {
+        "acalx.optimizers.auto": ("Auto",),
+        "acalx.optimizers.base": (
+            "Account",
+            "Design",
+            "Optimizer",
+            "Result",
+            "Solution",
+            "Survey",
+        ),
+        "acalx.optimizers.convex": ("Convex",),
+        "acalx.optimizers.de": ("DifferentialEvolution",),
+        "acalx.optimizers.exchange": ("Exchange",),
+        "acalx.optimizers.gradient": ("Gradient",),
+        "acalx.optimizers.nsga2": ("NSGA2",),
+        "acalx.optimizers.pareto": ("FrontPoint",),
+        "acalx.optimizers.scalarized": ("Scalarized",),
+        "acalx.optimizers.traversal": ("Traversal",),
+    },
+)

@@ -67,6 +67,49 @@ class Survey:
 
 
 @dataclass(frozen=True)
+class Design:
+    """An approximate design: positions and the share of the measurements, or of the time, that each gets.
+
+    Parameters
+    ----------
+    settings : array (k, d), in rad
+    weights : array (k,)
+        Positive, their sum is 1.
+    points : array (k,) of int
+        Number of the support point, from 0. On a grid neighbors share the weight of an optimum
+        that lies between them, and have the same number.
+    loss : float
+        Of one measurement, on average; for n measurements it is lower by degree times log n.
+    gap : float
+        The efficiency among all designs on the candidates is at least 1 / (1 + gap).
+    candidates : int
+        From how many positions it was chosen.
+    method : str
+        How it was found.
+    """
+
+    settings: Array
+    weights: Array
+    points: np.ndarray
+    loss: float
+    gap: float
+    candidates: int
+    method: str
+
+    @property
+    def count(self) -> int:
+        """Number of support points."""
+        return int(self.points.max()) + 1
+
+    def merged(self) -> tuple[Array, Array]:
+        """One position for each support point, the heaviest, with the weight of all: (c, d) and (c,)."""
+        totals = np.bincount(self.points, self.weights).astype(float)
+        order = np.argsort(-self.weights, kind="stable")
+        _, first = np.unique(self.points[order], return_index=True)
+        return self.settings[order[first]], totals
+
+
+@dataclass(frozen=True)
 class Result:
     """What an optimizer found.
 
@@ -95,6 +138,8 @@ class Result:
         every one, by ascending first loss. Empty for one criterion.
     knee : int or None
         Which point of the front is the solution (see `acalx.optimizers.pareto.knee`).
+    design : Design or None
+        The approximate design that was rounded, where there was one.
     """
 
     status: Status
@@ -125,6 +170,8 @@ class Result:
             front=points,
             knee=best,
         )
+
+    design: Design | None = None
 
     @property
     def best(self) -> Solution:

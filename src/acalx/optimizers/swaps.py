@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -13,6 +14,7 @@ from acalx.information import Information
 from acalx.optimizers.base import Account
 from acalx.optimizers.descent import Descent
 from acalx.problem import Problem
+from acalx.stands import Grid, grid_over
 
 __all__ = ["Candidates", "candidates_of", "descend_swaps", "nearest"]
 
@@ -83,11 +85,20 @@ class _Around:
 
 
 def candidates_of(problem: Problem, size: int) -> Candidates | None:
-    """All the stops of a stand, or a grid of about that many points; None where there are too many."""
-    stops = [len(s.stops()) for s in problem.stand.settings if s.step is not None]
-    if float(np.prod(stops, dtype=float)) > _WHOLE_GRID:
+    """All the stops of a stand that are allowed; None where there are too many.
+
+    Settings without steps are divided so that there are about `size` points in all.
+    """
+    settings = problem.stand.settings
+    stops = [s.stops() for s in settings if s.step is not None]
+    count = math.prod(len(each) for each in stops)
+    if count > _WHOLE_GRID:
         return None
-    return Candidates.of(problem, problem.stand.candidates(size))
+    free = [s for s in settings if s.step is None]
+    grid = iter(grid_over(free, max(size // count, 4 ** len(free))).axes if free else ())
+    axes = tuple(next(grid) if s.step is None else s.stops() for s in settings)
+    positions = Grid(axes)[:]
+    return Candidates.of(problem, positions[~problem.stand.forbids(positions)])
 
 
 def descend_swaps(problem: Problem, starts: Array, candidates: Candidates | None, *, account: Account) -> Descent:

@@ -19,7 +19,7 @@ import numpy as np
 
 from acalx.arrays import Array
 from acalx.errors import ArgumentError
-from acalx.optimizers import FrontPoint, Solution, Survey
+from acalx.optimizers import Design, FrontPoint, Solution, Survey
 from acalx.stands import Stand
 
 __all__ = ["RunDirectory", "versions"]
@@ -143,6 +143,22 @@ class RunDirectory:
             for row in _rows(stand, solution.settings)
         ]
         self.write_table("alternatives.csv", ["program", "loss", "position", *_columns(stand)], rows)
+
+    def write_weights(self, stand: Stand, design: Design) -> None:
+        """weights.csv: the positions of an approximate design, the heaviest support point first.
+
+        Neighbors on the grid that belong to the same support point have the same number.
+        """
+        totals = np.bincount(design.points, design.weights)
+        rank = np.empty(len(totals), dtype=int)
+        rank[np.argsort(-totals, kind="stable")] = np.arange(1, len(totals) + 1)
+        order = np.lexsort([-design.weights, rank[design.points]])
+        weights = design.weights[order].tolist()
+        rows = [
+            [int(rank[design.points[k]]), *row[1:], repr(weight), repr(100 * weight)]
+            for k, row, weight in zip(order, _rows(stand, design.settings[order]), weights, strict=True)
+        ]
+        self.write_table("weights.csv", ["point", *_columns(stand), "weight", "dwell_share"], rows)
 
     def write_history(self, history: Iterable[tuple[int, float, float]]) -> None:
         """history.csv: the best loss against evaluations and seconds."""

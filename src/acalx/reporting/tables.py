@@ -11,7 +11,7 @@ from acalx.arrays import Array
 from acalx.information import Parameter
 from acalx.stands import Stand
 
-__all__ = ["align", "figures_table", "markdown", "program_table", "units_line"]
+__all__ = ["align", "figures_table", "markdown", "program_table", "units_line", "weights_table"]
 
 
 def align(rows: Sequence[Sequence[str]]) -> str:
@@ -50,6 +50,24 @@ def program_table(stand: Stand, settings: Array, held: int = 0, most: int = 60) 
     text = align(rows)
     if len(settings) > most:
         text += f"\n... {len(settings) - most} more in program.csv"
+    return text
+
+
+def weights_table(stand: Stand, settings: Array, weights: Array, most: int = 20) -> str:
+    """Support points of an approximate design, the heaviest first, with their shares of the time in percent."""
+    order = np.argsort(-weights, kind="stable")
+    force = stand.stimulus(settings).specific_force
+    rows = [["support point", *(f"{name} deg" for name in stand.names)]]
+    rows[0] += [] if force is None else ["eta x", "eta y", "eta z"]
+    rows[0].append("dwell share")
+    for number, k in enumerate(order[:most], 1):
+        row = [str(number), *(f"{angle + 0.0:.2f}" for angle in np.degrees(settings[k]))]
+        row += [] if force is None else [f"{value:+.4f}" for value in np.round(force[k], 4) + 0.0]
+        rows.append([*row, f"{100 * weights[k]:.3f} %"])
+    text = align(rows)
+    if len(order) > most:
+        rest = 100 * weights[order[most:]].sum()
+        text += f"\n... {len(order) - most} more with {rest:.3f} % in weights.csv"
     return text
 
 

@@ -2,146 +2,23 @@
 
 from __future__ import annotations
 
-import math
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from acalx.arrays import Array
 from acalx.errors import ArgumentError, CompatibilityError
+from acalx.stands.grid import Grid, grid_over
+from acalx.stands.setting import Setting
 from acalx.stands.zones import Zone
 from acalx.stimulus import Stimulus
-from acalx.units import DEGREE, Unit
 
 __all__ = ["Setting", "Stand"]
 
-_TURN = 2.0 * math.pi
-# Relative slack when comparing angles that went through degrees and back.
-_SLACK = 1e-9
 # So many random settings are drawn, so many times, before a stand counts as forbidden everywhere.
 _DRAWN = 64
 _MOST_DRAWS = 200
-
-
-@dataclass(frozen=True)
-class Setting:
-    """One adjustable angle of a stand, or a rate or another quantity that it can set.
-
-    Parameters
-    ----------
-    name : str
-        Its name; files and the command line add the unit, ``alpha1`` is ``alpha1_deg`` there.
-    lower, upper : float, in rad or the SI unit of what is set
-        Limits, both allowed.
-    step : float, in the same unit, optional
-        Resolution: the setting stops at whole multiples of it only. None: anywhere.
-    periodic : bool
-        Whether a full turn more is the same position; for angles only.
-    unit : Unit
-        What people read and write it in; degrees for an angle.
-    """
-
-    name: str
-    lower: float
-    upper: float
-    step: float | None = None
-    periodic: bool = True
-    unit: Unit = DEGREE
-
-    def __post_init__(self) -> None:
-        for name, value in (("lower", self.lower), ("upper", self.upper), ("step", self.step or 0.0)):
-            if not isinstance(value, (int, float)):
-                raise ArgumentError(f"{self.name}: {name}={value!r}: must be a number, in rad")
-        if not isinstance(self.periodic, bool):
-            raise ArgumentError(f"{self.name}: periodic={self.periodic!r}: must be true or false")
-        if self.periodic and self.unit.turn is None:
-            raise ArgumentError(f"{self.column}: only an angle is periodic, not what is in {self.unit.plural}")
-        if not (math.isfinite(self.lower) and math.isfinite(self.upper)):
-            raise ArgumentError(f"{self.limits}: bounds must be finite numbers of {self.unit.plural}")
-        if self.lower >= self.upper:
-            raise ArgumentError(f"{self.limits}: the lower bound must be below the upper one")
-        if self.periodic and self.upper - self.lower > _TURN * (1 + _SLACK):
-            raise ArgumentError(f"{self.limits}: a periodic angle spans 360 degrees at most")
-        if self.step is not None:
-            step = f"{self.step / self.unit.size:g}"
-            if not (math.isfinite(self.step) and self.step > 0):
-                raise ArgumentError(
-                    f"{self.unit.column('step')}={step}: a step must be a positive number of {self.unit.plural}"
-                )
-            if not self.full_turn and math.floor(self._last) < math.ceil(self._first):
-                raise ArgumentError(f"{self.limits} holds no multiple of the step of {step} {self.unit.plural}")
-
-    @property
-    def column(self) -> str:
-        """Its name with the unit, as in files and on the command line."""
-        return self.unit.column(self.name)
-
-    @property
-    def limits(self) -> str:
-        """Its limits as on the command line."""
-        return f"{self.column}=[{self.lower / self.unit.size:g}, {self.upper / self.unit.size:g}]"
-
-    @property
-    def full_turn(self) -> bool:
-        """Whether every angle can be set, so that the limits are no limits."""
-        return self.periodic and self.upper - self.lower >= _TURN * (1 - _SLACK)
-
-    @property
-    def _first(self) -> float:
-        assert self.step is not None
-        return self.lower / self.step * (1 - math.copysign(_SLACK, self.lower))
-
-    @property
-    def _last(self) -> float:
-        assert self.step is not None
-        return self.upper / self.step * (1 + math.copysign(_SLACK, self.upper))
-
-    def stops(self) -> Array:
-        """All that a stepped setting can take, in rad or the SI unit, ascending."""
-        if self.step is None:
-            raise CompatibilityError(f"{self.name} has no steps: it stops anywhere")
-        stops = np.arange(math.ceil(self._first), math.floor(self._last) + 1) * self.step
-        if self.full_turn and len(stops) > 1:
-            stops = stops[stops < stops[0] + _TURN * (1 - _SLACK)]
-        return np.clip(stops, self.lower, self.upper)
-
-    def nearest(self, angles: Array) -> Array:
-        """The stop of a stepped setting that is nearest to each angle."""
-        stops = self.stops()
-        middle = 0.5 * (stops[0] + stops[-1])
-        if self.periodic:
-            angles = angles - _TURN * np.round((angles - middle) / _TURN)
-        index = np.clip(np.searchsorted(stops, angles), 1, max(1, len(stops) - 1))
-        below, above = stops[index - 1], stops[np.minimum(index, len(stops) - 1)]
-        return np.where(angles - below < above - angles, below, above)
-
-    def wrap(self, angles: Array) -> Array:
-        """The same positions with whole turns taken off, inside the limits where that is possible."""
-        if not self.periodic:
-            return angles
-        middle = 0.5 * (self.lower + self.upper)
-        wrapped = np.where(
-            (angles < self.lower) | (angles > self.upper),
-            angles - _TURN * np.round((angles - middle) / _TURN),
-            angles,
-        )
-        return np.clip(wrapped, self.lower, self.upper) if self.full_turn else wrapped
-
-    def reach(self, angles: Array) -> Array:
-        """The same attitudes with whole turns added so that they are within the limits, where some are."""
-        turns = np.ceil((self.lower - angles) / _TURN - _SLACK)
-        inside = angles + _TURN * turns
-        return np.where(inside <= self.upper * (1 + math.copysign(_SLACK, self.upper)), inside, angles)
-
-    def allows(self, angles: Array, tolerance: float = 1e-9) -> np.ndarray:
-        """Whether angles are within the limits and on a step, within a tolerance in rad."""
-        wrapped = self.wrap(angles)
-        inside = (wrapped >= self.lower - tolerance) & (wrapped <= self.upper + tolerance)
-        if self.step is None:
-            return inside
-        return np.asarray(inside & (np.abs(wrapped - self.step * np.round(wrapped / self.step)) <= tolerance))
 
 
 class Stand(ABC):
@@ -237,6 +114,14 @@ class Stand(ABC):
         """Forbidden zones; none."""
         return ()
 
+    def zone_edges(self, axis: int) -> Array:
+        """Where boxes of forbidden zones begin and end along one setting, within its limits, ascending."""
+        setting = self.settings[axis]
+        ends = np.array([end for zone in self.zones for end in zone.edges(axis)])
+        if setting.periodic:
+            ends = (ends[:, None] + 2.0 * np.pi * np.arange(-3, 4)).ravel()
+        return np.unique(ends[(ends > setting.lower) & (ends < setting.upper)])
+
     def limits_around(self, settings: Array, hold: Sequence[bool] | None = None) -> tuple[Array, Array]:
         """Limits (..., d) around settings (..., d) between which every angle is allowed, in rad.
 
@@ -313,23 +198,24 @@ class Stand(ABC):
             "make them smaller, or the limits of its angles wider"
         )
 
-    def candidates(self, size: int) -> Array:
-        """Allowed positions all over the range, (k, d) in rad: all the stops, or a grid.
+    def candidates(self, size: int, kind: str, rng: np.random.Generator) -> Array | Grid:
+        """About so many positions, indexed like an array (N, d) in rad.
 
-        A setting without steps is divided so that the grid has about `size` points, zones apart.
+        Some of a grid may be in forbidden zones.
+
+        Parameters
+        ----------
+        size : int
+        kind : str
+            ``structured``: a grid over the limits, which is computed where it is read;
+            ``random``: as `random` gives them.
+        rng : numpy Generator
         """
-        free = [s for s in self.settings if s.step is None]
-        stops = math.prod(len(s.stops()) for s in self.settings if s.step is not None)
-        spans = math.prod(s.upper - s.lower for s in free)
-        density = (size / stops / spans) ** (1.0 / max(1, len(free)))
-        axes = [
-            np.linspace(s.lower, s.upper, max(2, round((s.upper - s.lower) * density)), endpoint=not s.full_turn)
-            if s.step is None
-            else s.stops()
-            for s in self.settings
-        ]
-        grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(axes))
-        return grid[~self.forbids(grid)] if self.zones else grid
+        if kind == "structured":
+            return grid_over(self.settings, size)
+        if kind != "random":
+            raise ArgumentError(f"kind={kind}: candidates are structured or random")
+        return self.random(rng, (size,))
 
     def _anywhere(self, rng: np.random.Generator, shape: tuple[int, ...]) -> Array:
         columns = [

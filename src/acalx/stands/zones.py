@@ -225,6 +225,7 @@ def _box(box: object, settings: Sequence[Setting]) -> Box:
 
 
 def _function(given: object, names: Sequence[str]) -> Callable[..., Any]:
+    label = _label(given)
     if isinstance(given, str):
         module, _, attribute = given.rpartition(".")
         try:
@@ -238,7 +239,7 @@ def _function(given: object, names: Sequence[str]) -> Callable[..., Any]:
     try:
         inspect.signature(given).bind(**dict.fromkeys(names))
     except TypeError as error:
-        raise ArgumentError(f"forbidden_if={_label(given)}: must take {', '.join(names)} ({error})") from error
+        raise ArgumentError(f"forbidden_if={label}: must take {', '.join(names)} ({error})") from error
     return given
 
 

@@ -1,0 +1,196 @@
+"""The best approximate design on a grid of candidates, rounded to n positions."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+
+from acalx.arrays import Array
+from acalx.errors import AcalxError, ArgumentError, CompatibilityError
+from acalx.optimizers.agreement import distinct_solutions, judge
+from acalx.optimizers.base import Account, Design, Optimizer, Result
+from acalx.optimizers.conic import Conic, SolverError, choose_solvers, installed_solvers
+from acalx.optimizers.options import require_count, require_positive
+from acalx.optimizers.settle import settle
+from acalx.problem import Problem
+from acalx.weights import (
+    Candidates,
+    Positions,
+    Weights,
+    alike,
+    efficient_rounding,
+    newton_fits,
+    optimal_weights,
+    random_roundings,
+)
+
+__all__ = ["Convex"]
+
+# cvxpy's solvers stop near a relative gap of 1e-5; its rounds end above that, Newton's method goes on.
+_CONIC_GAP = 1e-4
+# So many random roundings are looked at for each one that is polished.
+_DRAWS = 8
+# and its angles are moved by so much, in rad, as a standard deviation.
+_SHAKE = 0.1
+
+
+@final
+@dataclass(frozen=True)
+class Convex(Optimizer):
+    """Convex optimization of the weights of candidate positions, then rounding.
+
+    Weights in place of whole numbers of measurements make the problem convex, so that its
+    solution comes with a proof. cvxpy solves it on a few active candidates; those whose
+    sensitivity is then too high join them, round by round; Newton's method on the weights ends it.
+    The weights are shares of the measurements, or of the time where that is what is given.
+    Several roundings of them to n positions are polished, by descent along the gradient or from
+    stop to stop where the stand has steps.
+
+    Parameters
+    ----------
+    candidates : int
+        About so many positions from which weights choose.
+    kind : str
+        ``structured``: a grid over the limits of the stand; ``random``.
+    solver : str, optional
+        cvxpy's name of a solver, e.g. ``CLARABEL`` or ``SCS``. None: the first that is installed
+        and solves it; Newton's method alone, where none does.
+    tolerance : float
+        The relative gap at which the weights are good enough: their efficiency among all on the
+        candidates is at least 1 / (1 + tolerance).
+    rounds : int
+        Most rounds over all candidates, of cvxpy and of Newton's method each.
+    roundings : int
+        So many roundings are polished.
+    agreement : float
+        Losses of programs that differ by less are the same.
+
+    Source: Kiefer (1974) for the weights; Pukelsheim and Rieder, Biometrika 79 (1992) 763 for
+    rounding; Yang, Biedermann, Tang, J. Amer. Statist. Assoc. 108 (2013) 1411 for the rounds.
+    """
+
+    candidates: int = 10_000
+    kind: str = "structured"
+    solver: str | None = None
+    tolerance: float = 1e-6
+    rounds: int = 60
+    roundings: int = 32
+    agreement: float = 1e-5
+
+    def __post_init__(self) -> None:
+        for name in ("candidates", "rounds", "roundings"):
+            require_count(name, getattr(self, name))
+        for name in ("tolerance", "agreement"):
+            require_positive(name, getattr(self, name))
+        if self.kind not in ("structured", "random"):
+            raise ArgumentError(f"kind={self.kind}: must be structured or random")
+        if not isinstance(self.solver, str | None):
+            raise ArgumentError(f"solver={self.solver}: must be the name of a solver, such as CLARABEL, or null")
+
+    def check(self, problem: Problem) -> None:
+        """Refuses criteria without a convex form, and a named solver that is not installed."""
+        if problem.criterion.degree(len(problem.parameters)) is None:
+            raise CompatibilityError(
+                f"optimizer {type(self).__name__} needs a convex criterion, and {problem.criterion.label} does not say "
+                "that it is one; use criterion=d, a or e, give the criterion `degree` and `convex`, "
+                "or use optimizer=gradient or de"
+            )
+        if self.solver is not None and self.solver not in (installed := installed_solvers()):
+            have = f"installed are {', '.join(installed)}" if installed else "cvxpy is not installed at all"
+            raise ArgumentError(f"solver={self.solver}: cvxpy has no such solver here; {have}, or leave it null")
+
+    def search(self, problem: Problem, rng: np.random.Generator, account: Account) -> Result:
+        """Weights, roundings, polish."""
+        positions = problem.stand.candidates(self.candidates, self.kind, rng)
+        candidates = Positions(problem.stand, problem.model, positions)
+        found, how = self._weights(problem, candidates)
+        rows, settings = candidates.regressors(found.index), candidates.settings[found.index]
+        points = alike(rows, found.weights, found.information.covariance)
+        design = Design(settings, found.weights, points, found.loss, found.gap, len(candidates), how)
+        descent = settle(problem, self._roundings(problem, design, rng), account=account)
+        verdict = judge(descent.loss, self.agreement)
+        reached = found.gap <= self.tolerance
+        message = (
+            f"{design.count} support points among {len(candidates)} candidates, gap {found.gap:.1e} "
+            f"{'' if reached else f'instead of {self.tolerance:g} '}({how}); of the roundings, {verdict}"
+        )
+        return Result(
+            "ok" if reached else "limit",
+            message,
+            distinct_solutions(problem, descent.settings, descent.loss, self.agreement),
+            account.evaluations,
+            account.seconds,
+            account.history,
+            design=design,
+        )
+
+    def _weights(self, problem: Problem, candidates: Candidates) -> tuple[Weights, str]:
+        """Weights by cvxpy and Newton's method, and in words how they came about."""
+        failures: list[str] = []
+        for solver in choose_solvers() if self.solver is None else [self.solver]:
+            conic = Conic(problem.criterion, problem.parameters, solver)
+            if not conic.fits:
+                failures.append(f"{problem.criterion.label} gives cvxpy no expression")
+                break
+            try:
+                rough = optimal_weights(
+                    candidates,
+                    problem.criterion,
+                    base=problem.base_share if problem.held else None,
+                    tolerance=max(_CONIC_GAP, self.tolerance),
+                    rounds=self.rounds,
+                    master=conic,
+                )
+            except SolverError as failure:
+                if self.solver is not None:
+                    installed = ", ".join(installed_solvers())
+                    raise AcalxError(f"solver={self.solver}: {failure}; installed are {installed}") from failure
+                failures.append(str(failure))
+                continue
+            ended = f"{solver} to {rough.gap:.0e}{', inaccurately' if conic.inaccurate else ''}"
+            how = "; ".join([*failures, ended])
+            if rough.gap <= self.tolerance or not newton_fits(problem.criterion, len(problem.parameters)):
+                return rough, how
+            fine = self._newton(problem, candidates, rough.index)
+            return (fine, f"{how}, then Newton's method") if fine.gap < rough.gap else (rough, how)
+        return self._newton(problem, candidates, None), "; ".join([*failures, "Newton's method alone"])
+
+    def _newton(self, problem: Problem, candidates: Candidates, start: np.ndarray | None) -> Weights:
+        return optimal_weights(
+            candidates,
+            problem.criterion,
+            base=problem.base_share if problem.held else None,
+            tolerance=self.tolerance,
+            rounds=self.rounds,
+            start=start,
+        )
+
+    def _roundings(self, problem: Problem, design: Design, rng: np.random.Generator) -> Array:
+        """Programs (s, n, d) to polish: the efficient rounding, and the best of many random ones."""
+        settings, weights = design.merged()
+        free = problem.n - problem.held
+        efficient = efficient_rounding(weights, free)
+        drawn = random_roundings(rng, weights, free, _DRAWS * self.roundings)
+        numbers = np.arange(len(weights))
+        programs = settings[[np.repeat(numbers, counts) for counts in (efficient, *drawn)]]
+        if problem.fixed is not None:
+            fixed = np.broadcast_to(problem.fixed, (len(programs), *problem.fixed.shape))
+            programs = np.concatenate([fixed, programs], axis=1)
+        programs = problem.apart(programs, rng)
+        order = np.argsort(problem.loss(programs[1:]), kind="stable") + 1
+        programs = programs[np.concatenate([[0], order])[: self.roundings]]
+        programs[1:] = _shaken(problem, rng, programs[1:])
+        # with fewer positions than points some roundings can't estimate all the parameters
+        singular = ~np.isfinite(problem.loss(programs))
+        programs[singular] = problem.random(rng, int(singular.sum()))
+        return np.asarray(programs)
+
+
+def _shaken(problem: Problem, rng: np.random.Generator, programs: Array) -> Array:
+    """Angles moved a little: on the symmetric points of a design a descent can end on a saddle."""
+    lower, upper = problem.limits_around(programs)
+    moved = programs + rng.normal(0.0, _SHAKE, programs.shape)
+    moved = np.clip(moved, lower.reshape(programs.shape), upper.reshape(programs.shape))
+    return problem.project(moved, programs)

@@ -1,0 +1,136 @@
+"""Candidate positions, of which there may be more than memory holds."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+
+from acalx.arrays import Array
+from acalx.errors import ArgumentError
+from acalx.information import Parameter
+from acalx.models import Model
+from acalx.stands import Grid, Stand
+
+__all__ = ["Candidates", "Positions", "Rows"]
+
+# Regressors of so many bytes are worked on at a time: they stay in the processor's cache.
+_CHUNK_BYTES = 2**20
+
+
+class Candidates(ABC):
+    """Positions from which weights choose, known by their numbers."""
+
+    @abstractmethod
+    def __len__(self) -> int:
+        """How many there are."""
+
+    @property
+    @abstractmethod
+    def parameters(self) -> tuple[Parameter, ...]:
+        """The p parameters."""
+
+    @property
+    @abstractmethod
+    def outputs(self) -> int:
+        """Number m of outputs in a position."""
+
+    @abstractmethod
+    def regressors(self, index: slice | np.ndarray) -> Array:
+        """Regressors (k, m, p) of some of them; zero for a position that is not allowed."""
+
+    def chunks(self, index: np.ndarray | None = None) -> Iterator[tuple[np.ndarray, Array]]:
+        """Numbers and regressors of all of them, or of those of an index, a chunk at a time."""
+        step = max(1, _CHUNK_BYTES // (8 * self.outputs * len(self.parameters)))
+        total = len(self) if index is None else len(index)
+        for start in range(0, total, step):
+            stop = min(total, start + step)
+            if index is None:
+                yield np.arange(start, stop), self.regressors(slice(start, stop))
+            else:
+                yield index[start:stop], self.regressors(index[start:stop])
+
+
+@final
+@dataclass(frozen=True)
+class Rows(Candidates):
+    """Candidates whose regressors are given.
+
+    Parameters
+    ----------
+    rows : array (N, m, p)
+    names : tuple of Parameter, length p
+
+    Raises
+    ------
+    ArgumentError
+        Rows of another shape, or not finite.
+    """
+
+    rows: Array
+    names: tuple[Parameter, ...]
+
+    def __post_init__(self) -> None:
+        if self.rows.ndim != 3 or self.rows.shape[-1] != len(self.names) or not len(self.rows):
+            raise ArgumentError(
+                f"candidate regressors of shape {self.rows.shape}: expected (N, m, {len(self.names)}), N at least 1"
+            )
+        if not np.isfinite(self.rows).all():
+            raise ArgumentError("candidate regressors must be finite numbers")
+
+    def __len__(self) -> int:
+        return len(self.rows)
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """The names given."""
+        return self.names
+
+    @property
+    def outputs(self) -> int:
+        """From the shape of the rows."""
+        return int(self.rows.shape[1])
+
+    def regressors(self, index: slice | np.ndarray) -> Array:
+        """Some of the rows."""
+        return self.rows[index]
+
+
+@final
+@dataclass(frozen=True)
+class Positions(Candidates):
+    """Candidates that are positions of a stand; regressors are computed each time they are looked at.
+
+    Parameters
+    ----------
+    stand : Stand
+    model : Model
+    settings : array (N, d) or Grid, in rad
+    """
+
+    stand: Stand
+    model: Model
+    settings: Array | Grid
+
+    def __len__(self) -> int:
+        return len(self.settings)
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """The model's."""
+        return self.model.parameters
+
+    @property
+    def outputs(self) -> int:
+        """The model's."""
+        return self.model.outputs
+
+    def regressors(self, index: slice | np.ndarray) -> Array:
+        """The model's, at what the stand lets the sensor feel."""
+        settings = np.asfortranarray(self.settings[index])
+        rows = self.model.regressors(self.stand.stimulus(settings))
+        allowed = self.stand.allows(settings)
+        return rows if allowed.all() else np.where(allowed[:, None, None], rows, 0.0)
