@@ -12,7 +12,7 @@ from omegaconf import DictConfig, OmegaConf
 
 from acalx.certificate import Certificate, certify
 from acalx.composition import build_objectives, compose_objectives, compose_orient
-from acalx.criteria import Criterion
+from acalx.criteria import Criterion, Target
 from acalx.errors import ArgumentError
 from acalx.launch import INTERRUPTED, Entry, build, launch
 from acalx.metrics import best_published, figures_of_merit, published_losses
@@ -68,8 +68,7 @@ def design(config: DictConfig, directory: RunDirectory) -> int:
     stand, model = build(config, "stand", Stand), build(config, "model", Model)
     several = config.objectives is not None
     criterion = build_objectives(config) if several else build(config, "criterion", Criterion)
-    optimizer = build(config, "optimizer", Optimizer)
-    scheme: Scheme = build(config, "scheme", Scheme)
+    optimizer, scheme = build(config, "optimizer", Optimizer), build(config, "scheme", Scheme)
     target = target_of(config, criterion)
     fixed = None if config.fixed is None else find_program(str(config.fixed)).settings_for(stand)
     n = config.n
@@ -81,21 +80,7 @@ def design(config: DictConfig, directory: RunDirectory) -> int:
     second = None if config.orient is None else build(config, "orient", Criterion)
     if second is not None:
         check_orientation(problem, second, np.random.default_rng(seed))
-    progress = Progress()
-    try:
-        if target is None:
-            designed = scheme.solve(problem, optimizer, np.random.default_rng(seed), progress)
-        else:
-
-            def solve(at: Problem) -> Designed:
-                return scheme.solve(at, optimizer.exact(), np.random.default_rng(seed), progress)
-
-            smallest = smallest_program(problem, target, scheme, solve, config.n_most)
-            directory.remember(n=smallest.n, **smallest.recorded)
-            designed = smallest.designed
-            print(f"{smallest}\n")
-    finally:
-        progress.close()
+    designed = _search(config, problem, target, optimizer, scheme, directory)
     result = designed.result
     if len(result.best.settings) != problem.n:  # where the optimizer or the scheme chooses how many
         problem = replace(problem, n=len(result.best.settings))
@@ -115,6 +100,31 @@ def design(config: DictConfig, directory: RunDirectory) -> int:
     if config.figures:
         _draw(problem, replace(designed, result=result), reference, directory)
     return INTERRUPTED if result.status == "interrupted" else 0
+
+
+def _search(
+    config: DictConfig,
+    problem: Problem,
+    target: Target | None,
+    optimizer: Optimizer,
+    scheme: Scheme,
+    directory: RunDirectory,
+) -> Designed:
+    """The program for a number of positions, or for the smallest that meets a target."""
+    progress = Progress()
+    try:
+        if target is None:
+            return scheme.solve(problem, optimizer, np.random.default_rng(config.seed), progress)
+
+        def solve(at: Problem) -> Designed:
+            return scheme.solve(at, optimizer.exact(), np.random.default_rng(config.seed), progress)
+
+        smallest = smallest_program(problem, target, scheme, solve, config.n_most)
+    finally:
+        progress.close()
+    directory.remember(n=smallest.n, **smallest.recorded)
+    print(f"{smallest}\n")
+    return smallest.designed
 
 
 def _turned(problem: Problem, result: Result, second: Criterion, rng: np.random.Generator) -> Result:
