@@ -10,7 +10,7 @@ import numpy as np
 from omegaconf import OmegaConf
 
 from acalx.arrays import Array
-from acalx.criteria import A, Criterion, D, E, Inequality, Product
+from acalx.criteria import A, Criterion, D, E, Inequality, Product, Target
 from acalx.errors import CompatibilityError
 from acalx.models import Model, Platform, PlatformAccel, PlatformGyro, ScalarAccel
 from acalx.optimizers import DifferentialEvolution, Exchange, Gradient, Optimizer
@@ -23,6 +23,7 @@ D_FAIR = Product([D(), *(Inequality(group) for group in GROUPS)], [1.0, 0.1, 0.1
 
 # Criteria for which one more position never hurts, and those for which it may.
 MONOTONE: list[Criterion] = [D(), A(), E(), A() * E() ** 0.5, Product([D(), A(), E()], [1.0, 2.0, 0.3])]
+MONOTONE += [Target({"bias": 0.5, "nonorthogonality": 1.3}), Target({"scale": 2.0})]
 OTHERS: list[Criterion] = [*(Inequality(group) for group in GROUPS), Inequality("bias", floor=0.2), D_FAIR]
 CRITERIA = MONOTONE + OTHERS
 

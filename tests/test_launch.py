@@ -19,6 +19,7 @@ from acalx.criteria import Criterion, D
 from acalx.estimation import Estimator, StaticIntervals, Unit
 from acalx.models import Model
 from acalx.optimizers import Optimizer
+from acalx.schemes import Scheme
 from acalx.simulation import ErrorSources
 from acalx.stands import Stand
 from command import SCRIPT, Outcome, assert_refused, execute, finish, run, start, together
@@ -371,6 +372,7 @@ KINDS = {
     "stand": Stand,
     "criterion": Criterion,
     "optimizer": Optimizer,
+    "scheme": Scheme,
     "estimator": Estimator,
     "unit": Unit,
     "static": StaticIntervals,
@@ -390,6 +392,8 @@ def test_every_option_builds(path):
         config._target_ = "acalx.criteria.D"
     if OmegaConf.is_missing(config, "per_g"):
         config.per_g = 4096.0
+    if path.stem == "target":  # which is given at the root
+        config.standard_errors = {"bias": 0.5}
     part = hydra.utils.instantiate(config, _convert_="all")
     assert isinstance(part, KINDS[path.parent.name])
 

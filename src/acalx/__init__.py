@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from acalx.lazy import names_from
 
 if TYPE_CHECKING:
-    from acalx.criteria import A, Criterion, D, E, Inequality, Objectives, Product
+    from acalx.criteria import A, Criterion, D, E, Inequality, Objectives, Product, Target
     from acalx.errors import AcalxError
     from acalx.estimation import (
         Calibration,
@@ -106,6 +106,7 @@ __all__ = [
     "StaticIntervals",
     "Stimulus",
     "Survey",
+    "Target",
     "Term",
     "Traversal",
     "TwoAxis",
@@ -120,7 +121,7 @@ __all__ = [
 ]
 
 _HOMES = {
-    "acalx.criteria": ("A", "Criterion", "D", "E", "Inequality", "Objectives", "Product"),
+    "acalx.criteria": ("A", "Criterion", "D", "E", "Inequality", "Objectives", "Product", "Target"),
     "acalx.errors": ("AcalxError",),
     "acalx.estimation": (
         "Calibration",

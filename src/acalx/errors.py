@@ -2,7 +2,15 @@
 
 from __future__ import annotations
 
-__all__ = ["AcalxError", "ArgumentError", "CompatibilityError", "DataError", "PluginError", "ProgramError"]
+__all__ = [
+    "AcalxError",
+    "ArgumentError",
+    "CompatibilityError",
+    "DataError",
+    "NoProgramError",
+    "PluginError",
+    "ProgramError",
+]
 
 
 class AcalxError(Exception):
@@ -15,6 +23,10 @@ class ArgumentError(AcalxError, ValueError):
 
 class CompatibilityError(AcalxError):
     """Parts that do not fit together, e.g. an optimizer that can't handle a stand's steps."""
+
+
+class NoProgramError(AcalxError):
+    """No program that was looked at can estimate all the parameters."""
 
 
 class ProgramError(AcalxError, ValueError):

@@ -7,9 +7,10 @@ from typing import Any
 
 from omegaconf import DictConfig, OmegaConf
 
+from acalx.criteria import Criterion, Target
 from acalx.errors import ArgumentError
 
-__all__ = ["names_of", "seed_of", "where_of"]
+__all__ = ["names_of", "seed_of", "target_of", "where_of"]
 
 
 def names_of(config: DictConfig, key: str, length: int | None = None) -> list[str]:
@@ -18,6 +19,22 @@ def names_of(config: DictConfig, key: str, length: int | None = None) -> list[st
     if not isinstance(given, Sequence) or isinstance(given, str) or length not in (None, len(given)):
         raise ArgumentError(f"{key}={given}: give {length or 'some'} names of columns, as in {key}=[ax,ay,az]")
     return [str(name) for name in given]
+
+
+def target_of(config: DictConfig, criterion: Criterion) -> Target | None:
+    """What n=auto is to reach; None where n is given."""
+    if config.n != "auto":
+        if config.target is not None and not any(isinstance(c, Target) for _, c in criterion.terms().ceilings):
+            raise ArgumentError(f"target={config.target} with n={config.n}: a target is for n=auto or criterion=target")
+        return None
+    if len(criterion.objectives) > 1:
+        raise ArgumentError("n=auto: several objectives have no smallest number of positions; give one criterion, or n")
+    if config.target is None:
+        raise ArgumentError(
+            "n=auto: give the largest standard error of each group that matters, as in 'target={bias: 0.5}'"
+        )
+    whole: Any = OmegaConf.to_container(config, resolve=True)
+    return Target(whole["target"])
 
 
 def where_of(config: DictConfig) -> dict[str, Any]:

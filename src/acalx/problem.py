@@ -218,10 +218,14 @@ class Problem:
         return np.asarray(np.tril(repeated, -1).any(axis=-1))
 
     def alike(self, settings: Array, others: Array) -> np.ndarray:
-        """Which positions (..., k, d) the sensor feels as it does others (..., l, d): (..., k, l)."""
+        """Which positions (..., k, d) the sensor feels as it does others (..., l, d): (..., k, l).
+
+        What of the stimulus the model does not read, it does not feel.
+        """
         squares = np.zeros((*settings.shape[:-1], others.shape[-2]))
-        pairs = zip(self.stand.stimulus(settings).quantities(), self.stand.stimulus(others).quantities(), strict=True)
-        for (_, felt), (_, other) in pairs:
+        stimulus, another = self.stand.stimulus(settings), self.stand.stimulus(others)
+        for name in self.model.needs:
+            felt, other = getattr(stimulus, name), getattr(another, name)
             squares += ((felt[..., :, None, :] - other[..., None, :, :]) ** 2).sum(axis=-1)
         limit = _SAME_STOP if self.stand.stepped else _SAME_PLACE * (1.0 - 1e-9)
         return np.asarray(squares < limit**2)

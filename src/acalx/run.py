@@ -12,20 +12,22 @@ from omegaconf import DictConfig, OmegaConf
 
 from acalx.certificate import Certificate, certify
 from acalx.composition import build_objectives, compose_default_optimizer, compose_objectives, compose_orient
-from acalx.criteria import Criterion
+from acalx.criteria import Criterion, Target
 from acalx.errors import ArgumentError
 from acalx.itinerary import Itinerary, check_order, itinerary
 from acalx.launch import INTERRUPTED, Entry, build, launch
 from acalx.metrics import best_published, figures_of_merit, published_losses
 from acalx.models import Model
 from acalx.optimizers import Design, Optimizer, Result
-from acalx.options import seed_of
+from acalx.options import seed_of, target_of
 from acalx.orientation import check_orientation, orient
 from acalx.problem import Problem
 from acalx.programs import Program, find_program
 from acalx.recording import RunDirectory
 from acalx.reporting.progress import Progress
 from acalx.reporting.tables import align, figures_table, program_table, units_line, weights_table
+from acalx.schemes import Designed, Part, Scheme
+from acalx.smallest import smallest_program
 from acalx.stands import Stand
 
 __all__ = ["ENTRY", "main"]
@@ -40,7 +42,10 @@ class RunConfig:
     criterion: Any = None
     objectives: Any = None
     optimizer: Any = None
+    scheme: Any = None
     n: Any = 9
+    target: Any = None
+    n_most: Any = 500
     fixed: Any = None
     replicates: Any = True
     orient: Any = None
@@ -59,22 +64,21 @@ def design(config: DictConfig, directory: RunDirectory) -> int:
     directory.write_text("resolved.yaml", _resolved(config))
     bounded, seed = _wants_certificate(config), seed_of(config)
     check_order(config.order, config.dwell_s)
-    problem, optimizer = _problem(config), build(config, "optimizer", Optimizer)
+    problem, target = _problem(config)
+    optimizer, scheme = build(config, "optimizer", Optimizer), build(config, "scheme", Scheme)
     second = None if config.orient is None else build(config, "orient", Criterion)
     if second is not None:
         check_orientation(problem, second, np.random.default_rng(seed))
-    progress = Progress()
-    try:
-        result: Result = optimizer.solve(problem, np.random.default_rng(seed), progress)
-    finally:
-        progress.close()
-    if len(result.best.settings) != problem.n:  # where the optimizer chooses how many
+    designed = _search(config, problem, target, optimizer, scheme, directory)
+    result = designed.result
+    if len(result.best.settings) != problem.n:  # where the optimizer or the scheme chooses how many
         problem = replace(problem, n=len(result.best.settings))
     if second is not None and result.status != "interrupted":
         result = _turned(problem, result, second, np.random.default_rng(seed))
-    visit = itinerary(stand, result.best.settings, config.order, np.random.default_rng(seed), problem.held)
+    visit = itinerary(problem.stand, result.best.settings, config.order, np.random.default_rng(seed), problem.held)
     result = _in_order(result, visit)
     directory.remember(order=config.order, **visit.entries(config.dwell_s))
+    _record_parts(designed.parts, directory)
     _record(problem, result, directory)  # before anything else can go wrong
     certificate = None
     if bounded and result.status != "interrupted":
@@ -87,7 +91,7 @@ def design(config: DictConfig, directory: RunDirectory) -> int:
     _show(problem, result, reference, certificate)
     print(f"in the order of visit ({config.order}) {visit.summary(config.dwell_s)}\nwritten to {directory.path}")
     if config.figures:
-        _draw(problem, result, reference, directory)
+        _draw(problem, replace(designed, result=result), reference, directory)
     return INTERRUPTED if result.status == "interrupted" else 0
 
 
@@ -101,15 +105,44 @@ def _composed(config: DictConfig, directory: RunDirectory) -> DictConfig:
     return compose_orient(config)
 
 
-def _problem(config: DictConfig) -> Problem:
+def _problem(config: DictConfig) -> tuple[Problem, Target | None]:
+    """The problem, and the target where the number of positions is to be found."""
     stand, model = build(config, "stand", Stand), build(config, "model", Model)
     several = config.objectives is not None
     criterion = build_objectives(config) if several else build(config, "criterion", Criterion)
+    target = target_of(config, criterion)
+    fixed = None if config.fixed is None else find_program(str(config.fixed)).settings_for(stand)
     n = config.n
     if isinstance(n, float) and n.is_integer():
         n = int(n)  # 1e9 is a float in YAML
-    fixed = None if config.fixed is None else find_program(str(config.fixed)).settings_for(stand)
-    return Problem(stand, model, criterion, n, fixed, config.replicates)
+    if target is not None:  # to begin with
+        n = model.smallest_n + (0 if fixed is None else len(fixed))
+    return Problem(stand, model, criterion, n, fixed, config.replicates), target
+
+
+def _search(
+    config: DictConfig,
+    problem: Problem,
+    target: Target | None,
+    optimizer: Optimizer,
+    scheme: Scheme,
+    directory: RunDirectory,
+) -> Designed:
+    """The program for a number of positions, or for the smallest that meets a target."""
+    progress = Progress()
+    try:
+        if target is None:
+            return scheme.solve(problem, optimizer, np.random.default_rng(config.seed), progress)
+
+        def solve(at: Problem) -> Designed:
+            return scheme.solve(at, optimizer.exact(), np.random.default_rng(config.seed), progress)
+
+        smallest = smallest_program(problem, target, scheme, solve, config.n_most)
+    finally:
+        progress.close()
+    directory.remember(n=smallest.n, **smallest.recorded)
+    print(f"{smallest}\n")
+    return smallest.designed
 
 
 def _turned(problem: Problem, result: Result, second: Criterion, rng: np.random.Generator) -> Result:
@@ -126,6 +159,27 @@ def _in_order(result: Result, visit: Itinerary) -> Result:
     """The result with the positions of its best program in the order of visit."""
     best = replace(result.best, settings=visit.settings)
     return replace(result, solutions=(best, *result.solutions[1:]))
+
+
+def _record_parts(parts: tuple[Part, ...], directory: RunDirectory) -> None:
+    """What each part of the model got, with its landscape where there is one."""
+    if not parts:
+        return
+    told = []
+    for part in parts:
+        found = part.result
+        told.append(
+            {
+                "part": part.name,
+                "positions": len(part.settings),
+                "dropped": part.dropped,
+                "loss": None if found is None else found.best.loss,
+                "message": "" if found is None else found.message,
+            }
+        )
+        if found is not None and found.survey is not None:
+            directory.write_survey(found.survey, f"landscape_{part.name}.csv")
+    directory.remember(parts=told)
 
 
 def _record(problem: Problem, result: Result, directory: RunDirectory) -> None:
@@ -180,9 +234,10 @@ def _design_entries(design: Design | None) -> dict[str, Any]:
     return {"design": entries}
 
 
-def _draw(problem: Problem, result: Result, reference: Program | None, directory: RunDirectory) -> None:
+def _draw(problem: Problem, designed: Designed, reference: Program | None, directory: RunDirectory) -> None:
     from acalx.reporting.figures import draw_convergence, draw_entries, draw_landscape, draw_positions
 
+    result = designed.result
     stimulus = problem.stand.stimulus(result.best.settings)
     if stimulus.specific_force is not None:
         draw_positions(stimulus.specific_force, directory.path, f"{problem.n} positions of the vertical")
@@ -199,6 +254,11 @@ def _draw(problem: Problem, result: Result, reference: Program | None, directory
         draw_front(names, values, result.knee, directory.path, f"{problem.n} positions: {result.message}", others)
     elif result.survey is not None:
         draw_landscape(result.survey.numbers, result.survey.losses, directory.path)
+    elif designed.parts:
+        for part in designed.parts:
+            if part.result is not None and part.result.survey is not None:
+                survey = part.result.survey
+                draw_landscape(survey.numbers, survey.losses, directory.path, f"landscape_{part.name}")
     else:
         draw_convergence(result.history, directory.path)
     entries = {"this program": problem.model.regressors(stimulus)}

@@ -5,5 +5,6 @@ from acalx.criteria.base import Ceiling, Criterion
 from acalx.criteria.fair import Inequality
 from acalx.criteria.objectives import Objectives
 from acalx.criteria.product import Product
+from acalx.criteria.target import Target
 
-__all__ = ["A", "Ceiling", "Criterion", "D", "E", "Inequality", "Objectives", "Product"]
+__all__ = ["A", "Ceiling", "Criterion", "D", "E", "Inequality", "Objectives", "Product", "Target"]

@@ -220,6 +220,13 @@ class Ceiling(Criterion):
         """C (p, p), where the value is the least t with C <= t M as a matrix; None, the default, where it is not."""
         return None
 
+    def smoothed(self) -> Criterion | None:
+        """A smooth criterion of the same degree whose best measure is nearly the best for this one; None: none.
+
+        A bound is computed from that measure and its support where there is no `inequality_matrix`.
+        """
+        return None
+
     def terms(self) -> Terms:
         """One ceiling, nothing smooth."""
         return Terms(ceilings=((1.0, self),))

@@ -45,6 +45,11 @@ class Model(ABC):
         return 1
 
     @property
+    def kind(self) -> str:
+        """What sensors like it are called; those of a kind are designed for together."""
+        return type(self).__name__
+
+    @property
     def degree(self) -> int | None:
         """Degree of the regressors as polynomials in the stimulus; None if they are none."""
         return None

@@ -62,6 +62,11 @@ class _Axis(Polynomial):
     noise_deg_s: float
 
     @property
+    def kind(self) -> str:
+        """Gyros."""
+        return "gyros"
+
+    @property
     def noise(self) -> float:
         return self.noise_deg_s
 

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise, starmap
 from typing import final
 
 import numpy as np
@@ -30,7 +32,7 @@ class Composite(Model):
     def models(self) -> tuple[Model, ...]:
         """The parts, in the order of their parameters and outputs."""
 
-    @property
+    @cached_property
     def parameters(self) -> tuple[Parameter, ...]:
         """Those of all the parts."""
         return tuple(parameter for model in self.models for parameter in model.parameters)
@@ -66,14 +68,14 @@ class Composite(Model):
         parts = [model.regressors(stimulus) for model in self.models]
         rows = empty_as(parts[0], (*parts[0].shape[:-2], self.outputs, len(self.parameters)))
         rows[...] = 0.0
-        for part, (outputs, own) in zip(parts, self._blocks(), strict=True):
+        for part, (outputs, own) in zip(parts, self._blocks, strict=True):
             rows[..., outputs, own] = part
         return rows
 
     def derivative(self, stimulus: Stimulus) -> Stimulus:
         """Derivatives of the rows, (..., n, m, p, 3)."""
         derivatives: dict[str, Array] = {}
-        for model, (outputs, own) in zip(self.models, self._blocks(), strict=True):
+        for model, (outputs, own) in zip(self.models, self._blocks, strict=True):
             for name, part in model.derivative(stimulus).quantities():
                 if name not in derivatives:
                     shape = (*part.shape[:-3], self.outputs, len(self.parameters), part.shape[-1])
@@ -88,13 +90,13 @@ class Composite(Model):
 
     def information_of(self, regressors: Array) -> Information:
         """The same from rows (..., n, m, p)."""
-        parts = zip(self.models, self._blocks(), strict=True)
+        parts = zip(self.models, self._blocks, strict=True)
         return self._on_the_diagonal([model.information_of(regressors[..., out, own]) for model, (out, own) in parts])
 
     def pull(self, stimulus: Stimulus, rows: Array) -> Stimulus:
         """The sum of what the parts give."""
         total: dict[str, Array] = {}
-        for model, (outputs, own) in zip(self.models, self._blocks(), strict=True):
+        for model, (outputs, own) in zip(self.models, self._blocks, strict=True):
             for name, part in model.pull(stimulus, rows[..., outputs, own]).quantities():
                 total[name] = total[name] + part if name in total else part
         return Stimulus(**total)
@@ -102,17 +104,16 @@ class Composite(Model):
     def _on_the_diagonal(self, parts: Sequence[Information]) -> Information:
         p = len(self.parameters)
         matrix = np.zeros((*parts[0].matrix.shape[:-2], p, p))
-        for part, (_, own) in zip(parts, self._blocks(), strict=True):
+        for part, (_, own) in zip(parts, self._blocks, strict=True):
             matrix[..., own, own] = part.matrix
         return Information(matrix, self.parameters)
 
-    def _blocks(self) -> Iterator[tuple[slice, slice]]:
+    @cached_property
+    def _blocks(self) -> tuple[tuple[slice, slice], ...]:
         """Outputs and parameters of each part."""
-        output = parameter = 0
-        for model in self.models:
-            outputs, own = model.outputs, len(model.parameters)
-            yield slice(output, output + outputs), slice(parameter, parameter + own)
-            output, parameter = output + outputs, parameter + own
+        outputs = np.cumsum([0, *(model.outputs for model in self.models)]).tolist()
+        parameters = np.cumsum([0, *(len(model.parameters) for model in self.models)]).tolist()
+        return tuple(zip(starmap(slice, pairwise(outputs)), starmap(slice, pairwise(parameters)), strict=True))
 
 
 @final

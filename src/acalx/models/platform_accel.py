@@ -45,6 +45,11 @@ class PlatformAccel(Polynomial):
         require_noise("noise_g", self.noise_g)
 
     @property
+    def kind(self) -> str:
+        """Accelerometers."""
+        return "accels"
+
+    @property
     def noise(self) -> float:
         """In g."""
         return self.noise_g

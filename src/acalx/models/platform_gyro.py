@@ -67,6 +67,11 @@ class PlatformGyro(Polynomial):
         object.__setattr__(self, "second_order", tuple(pair))
 
     @property
+    def kind(self) -> str:
+        """Gyros."""
+        return "gyros"
+
+    @property
     def noise(self) -> float:
         """In deg/h."""
         return self.noise_deg_h

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from dataclasses import dataclass
+from functools import cached_property
 from typing import final
 
 import numpy as np
@@ -54,12 +55,12 @@ class Polynomial(Model):
         """Standard deviation of the noise of a reading, in its unit."""
         return 1.0
 
-    @property
+    @cached_property
     def parameters(self) -> tuple[Parameter, ...]:
         """Those of the terms."""
         return tuple(term.parameter for term in self.terms)
 
-    @property
+    @cached_property
     def needs(self) -> tuple[str, ...]:
         """The quantities that occur in the terms."""
         return tuple(dict.fromkeys(quantity for term in self.terms for quantity, _ in term.factors))

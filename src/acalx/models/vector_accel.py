@@ -58,6 +58,11 @@ class _Axis(Polynomial):
     noise_g: float
 
     @property
+    def kind(self) -> str:
+        """Accelerometers."""
+        return "accels"
+
+    @property
     def noise(self) -> float:
         return self.noise_g
 

@@ -11,7 +11,7 @@ from typing import ClassVar, Literal, final
 import numpy as np
 
 from acalx.arrays import Array
-from acalx.errors import AcalxError, CompatibilityError
+from acalx.errors import CompatibilityError, NoProgramError
 from acalx.optimizers.pareto import FrontPoint, front_points, knee
 from acalx.problem import Problem
 
@@ -253,6 +253,10 @@ class Optimizer(ABC):
     def check(self, problem: Problem) -> None:  # noqa: B027 - most take every problem
         """Raise CompatibilityError for a problem that the optimizer can't handle."""
 
+    def exact(self) -> Optimizer:
+        """The same search with exactly the problem's number of positions, where it may take fewer."""
+        return self
+
     @abstractmethod
     def search(self, problem: Problem, rng: np.random.Generator, account: Account) -> Result:
         """Search for the best program; `account` is told of every evaluation."""
@@ -272,7 +276,7 @@ class Optimizer(ABC):
         ------
         CompatibilityError
             The parts do not fit together; before any work.
-        AcalxError
+        NoProgramError
             No program of the problem can estimate all parameters.
         """
         _check_objectives(self, problem)
@@ -295,7 +299,7 @@ class Optimizer(ABC):
                 account.history,
             )
         if not (result.front or np.isfinite(result.best.loss)):
-            raise AcalxError(no_regular_program(problem))
+            raise NoProgramError(no_regular_program(problem))
         return result
 
 

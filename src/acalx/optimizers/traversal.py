@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import final
 
 import numpy as np
 
 from acalx.arrays import Array
-from acalx.errors import AcalxError, ArgumentError, CompatibilityError
+from acalx.errors import AcalxError, ArgumentError, CompatibilityError, NoProgramError
 from acalx.information import Information
 from acalx.optimizers.agreement import distinct_solutions
 from acalx.optimizers.base import Account, Optimizer, Result, Survey
@@ -24,6 +24,7 @@ _MOST_SEQUENCES = 2_000_000
 # Losses that differ by less are the same.
 _AGREEMENT = 1e-9
 _TURN = 360.0
+_SAME_ANGLE = 1e-6
 # So many sequences are looked at to explain why none is regular.
 _EXPLAINED = 500
 # Information of so many positions at a time, in bytes.
@@ -55,6 +56,11 @@ class Traversal(Optimizer):
         Step angles; each angle takes each of them.
     n_from : int, optional
         Least number of positions; that which the model needs where it is left out.
+    shorter : bool
+        Whether programs of fewer positions than the problem's n are looked at too.
+    extends : bool
+        Where positions are fixed, they come before every sequence. With `extends` they are the
+        beginning of some of the sequences instead, and these are continued.
 
     Raises
     ------
@@ -71,12 +77,15 @@ class Traversal(Optimizer):
     independent_starts: bool = False
     steps_deg: Sequence[float] = (45.0, 90.0)
     n_from: int | None = None
+    shorter: bool = True
+    extends: bool = False
 
     def __post_init__(self) -> None:
         if self.rule not in RULES:
             raise ArgumentError(f"rule={self.rule}: there is no such rule; the rules are {', '.join(RULES)}")
-        if not isinstance(self.independent_starts, bool):
-            raise ArgumentError(f"independent_starts={self.independent_starts}: must be true or false")
+        for name in ("independent_starts", "shorter", "extends"):
+            if not isinstance(getattr(self, name), bool):
+                raise ArgumentError(f"{name}={getattr(self, name)}: must be true or false")
         starts, steps = _numbers("starts_deg", self.starts_deg), _numbers("steps_deg", self.steps_deg)
         if len(starts) != 3 or not (starts[0] < starts[1] and starts[2] > 0):
             raise ArgumentError(f"starts_deg={list(starts)}: give from, up to and step, as in starts_deg=[0,180,5]")
@@ -84,6 +93,12 @@ class Traversal(Optimizer):
             raise ArgumentError(f"steps_deg={list(steps)}: give one or more different steps, none of them 0")
         if self.n_from is not None:
             require_count("n_from", self.n_from)
+            if not self.shorter:
+                raise ArgumentError(f"n_from={self.n_from} with shorter=false: one or the other")
+
+    def exact(self) -> Traversal:
+        """No shorter programs."""
+        return replace(self, n_from=None, shorter=False)
 
     def check(self, problem: Problem) -> None:
         """Refuses settings that are no angles, and limits of N that can't be."""
@@ -94,11 +109,11 @@ class Traversal(Optimizer):
                     f"also sets {setting.column}; use optimizer=de"
                 )
         least = problem.model.smallest_n
-        if self.n_from is not None and not least <= self.n_from <= problem.n:
-            raise ArgumentError(
-                f"n_from={self.n_from}: must be from {least}, which the {len(problem.parameters)} parameters of "
-                f"{type(problem.model).__name__} need, to n={problem.n}"
-            )
+        if self.n_from is not None and not max(least, problem.held + 1) <= self.n_from <= problem.n:
+            why = f"which the {len(problem.parameters)} parameters of {type(problem.model).__name__} need"
+            if problem.held >= least:
+                least, why = problem.held + 1, f"one more than the {problem.held} fixed positions"
+            raise ArgumentError(f"n_from={self.n_from}: must be from {least}, {why}, to n={problem.n}")
         starts, count = self._starts(), len(self.steps_deg) ** problem.d
         count *= len(starts) ** (problem.d if self.independent_starts else 1)
         if count > _MOST_SEQUENCES:
@@ -106,18 +121,19 @@ class Traversal(Optimizer):
 
     def search(self, problem: Problem, rng: np.random.Generator, account: Account) -> Result:
         """Every sequence, its information summed up position by position."""
-        starts, steps = self._sequences(problem.d)
-        numbers = np.arange(self.n_from or problem.model.smallest_n, problem.n + 1)
-        losses = np.full((len(starts), len(numbers)), np.inf)
+        sequences = self._sequences(problem)
+        least = self.n_from or max(problem.model.smallest_n, problem.held + 1)
+        numbers = np.arange(least if self.shorter else problem.n, problem.n + 1)
+        losses = np.full((len(sequences), len(numbers)), np.inf)
         names = [*(f"start_{c}" for c in problem.stand.columns), *(f"step_{c}" for c in problem.stand.columns)]
-        survey = Survey(tuple(names), np.concatenate([starts, steps], axis=1), numbers, losses)
+        survey = Survey(tuple(names), sequences, numbers, losses)
         size = max(1, _CHUNK_BYTES // (problem.n * 8 * len(problem.parameters) ** 2))
         try:
-            for first in range(0, len(starts), size):
+            for first in range(0, len(sequences), size):
                 settings = self._settings(problem, survey.sequences[first : first + size])
                 losses[first : first + size] = _per_measurement(problem, settings, numbers)
                 account.evaluations += len(settings) * len(numbers)
-                account.fraction = first / len(starts)
+                account.fraction = first / len(sequences)
                 if account.watch is not None:
                     account.watch(account)
         except KeyboardInterrupt:
@@ -125,7 +141,7 @@ class Traversal(Optimizer):
                 self._keep(problem, survey, account)  # the best so far
             raise
         if not np.isfinite(losses).any():
-            raise AcalxError(self._nothing(problem, survey))
+            raise NoProgramError(self._nothing(problem, survey))
         programs = self._keep(problem, survey, account)
         solutions = distinct_solutions(problem, programs, problem.loss(programs), _AGREEMENT, sort=False)
         return Result(
@@ -142,20 +158,36 @@ class Traversal(Optimizer):
         lower, upper, step = self.starts_deg
         return np.asarray(np.arange(lower, upper * (1 - 1e-12), step), dtype=float)
 
-    def _sequences(self, d: int) -> tuple[Array, Array]:
-        """Starts and steps of all sequences, (s, d) each in degrees."""
-        starts = self._starts()
+    def _sequences(self, problem: Problem) -> Array:
+        """Starts and steps of all sequences, (s, 2 d) in degrees; of those that begin as they must."""
+        starts, d = self._starts(), problem.d
         if self.independent_starts:
             begin = np.array(list(itertools.product(starts, repeat=d)))
         else:
             begin = np.repeat(starts[:, None], d, axis=1)
         step = np.array(list(itertools.product(self.steps_deg, repeat=d)), dtype=float)
-        return np.repeat(begin, len(step), axis=0), np.tile(step, (len(begin), 1))
+        sequences = np.concatenate([np.repeat(begin, len(step), axis=0), np.tile(step, (len(begin), 1))], axis=1)
+        if problem.fixed is None or not self.extends:
+            return sequences
+        apart = self._regular(problem, sequences, problem.held) - problem.stand.wrap(problem.fixed)
+        begun = (np.abs(np.sin(0.5 * apart)) < _SAME_ANGLE).all(axis=(1, 2))
+        if not begun.any():
+            raise AcalxError(
+                f"none of the {len(sequences)} sequences by rule={self.rule} begins with the {problem.held} fixed "
+                "positions, so that none can be continued; leave extends=true out, or fix the beginning of a sequence"
+            )
+        return sequences[begun]
 
     def _settings(self, problem: Problem, sequences: Array) -> Array:
-        """Programs (s, n, d) in rad of sequences (s, 2 d) in degrees."""
+        """Programs (s, n, d) in rad of sequences (s, 2 d) in degrees, the fixed positions first."""
+        if problem.fixed is None or self.extends:
+            return self._regular(problem, sequences, problem.n)
+        free = self._regular(problem, sequences, problem.n - problem.held)
+        return np.concatenate([np.broadcast_to(problem.fixed, (len(free), *problem.fixed.shape)), free], axis=1)
+
+    def _regular(self, problem: Problem, sequences: Array, n: int) -> Array:
         starts, steps = sequences[:, : problem.d], sequences[:, problem.d :]
-        return problem.stand.wrap(np.radians(regular_sequences(self.rule, starts, steps, problem.n)))
+        return problem.stand.wrap(np.radians(regular_sequences(self.rule, starts, steps, n)))
 
     def _keep(self, problem: Problem, survey: Survey, account: Account) -> Array:
         """The best programs (k, N, d), all of the same N; the account is told of them."""
@@ -183,7 +215,7 @@ class Traversal(Optimizer):
             f"steps_deg={[float(step) for step in self.steps_deg]} can estimate all the parameters"
         )
         settings = self._settings(problem, survey.sequences[:_EXPLAINED])
-        lengths = np.logical_and.accumulate(problem.stand.allows(settings), axis=1).sum(axis=1)
+        lengths = _within(problem, settings).sum(axis=1)
         usable = [one[:length] for one, length in zip(settings, lengths, strict=True) if length >= survey.numbers[0]]
         if not usable:
             limits = ", ".join(setting.limits for setting in problem.stand.settings)
@@ -203,8 +235,17 @@ def _per_measurement(problem: Problem, settings: Array, numbers: np.ndarray) -> 
     single = problem.information(settings[:, :, None, :]).matrix
     sums = single.cumsum(axis=1)[:, numbers - 1] / numbers[:, None, None]
     losses = problem.loss_of(Information(sums, problem.parameters))
-    allowed = np.logical_and.accumulate(problem.stand.allows(settings), axis=1)[:, numbers - 1]
+    allowed = _within(problem, settings)[:, numbers - 1]
+    if not problem.replicates:
+        allowed &= np.stack([problem.permits(settings[:, :number]) for number in numbers], axis=1)
     return np.where(allowed, losses, np.inf)
+
+
+def _within(problem: Problem, settings: Array) -> np.ndarray:
+    """Whether the first N positions of programs (s, n, d) are within the limits that bind them, (s, n)."""
+    allows = problem.stand.allows(settings)
+    allows[:, : problem.held] = True  # the stand's limits don't bind fixed positions
+    return np.logical_and.accumulate(allows, axis=1)
 
 
 def _numbers(name: str, values: object) -> tuple[float, ...]:

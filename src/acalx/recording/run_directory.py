@@ -165,14 +165,14 @@ class RunDirectory:
         rows = [[evaluations, f"{seconds:.6f}", repr(loss)] for evaluations, seconds, loss in history]
         self.write_table("history.csv", ["evaluations", "seconds", "loss"], rows)
 
-    def write_survey(self, survey: Survey) -> None:
+    def write_survey(self, survey: Survey, name: str = "landscape.csv") -> None:
         """landscape.csv: the loss per measurement of each sequence with each number of positions."""
         rows = [
             [*map(repr, sequence), number, repr(loss)]
             for sequence, losses in zip(survey.sequences.tolist(), survey.losses.tolist(), strict=True)
             for number, loss in zip(survey.numbers.tolist(), losses, strict=True)
         ]
-        self.write_table("landscape.csv", [*survey.names, "n", "loss_per_measurement"], rows)
+        self.write_table(name, [*survey.names, "n", "loss_per_measurement"], rows)
 
     def write_table(self, name: str, header: Sequence[str], rows: Iterable[Sequence[Any]]) -> None:
         """Write a CSV file."""

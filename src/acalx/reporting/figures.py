@@ -134,7 +134,7 @@ def draw_convergence(history: Sequence[tuple[int, float, float]], directory: Pat
     save(figure, directory, "convergence")
 
 
-def draw_landscape(numbers: Array, losses: Array, directory: Path) -> None:
+def draw_landscape(numbers: Array, losses: Array, directory: Path, name: str = "landscape") -> None:
     """Value of the information per measurement against the number of positions, of all sequences.
 
     After Figures 2 and 3 of Wang, Wang, Shen, Qin (2016): for D it is the determinant of H'H / N.
@@ -162,7 +162,7 @@ def draw_landscape(numbers: Array, losses: Array, directory: Path) -> None:
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))
     axes.grid(visible=True, color=PALE, linewidth=0.4)
     axes.legend(frameon=False)
-    save(figure, directory, "landscape")
+    save(figure, directory, name)
 
 
 def draw_entries(programs: Mapping[str, Array], directory: Path, name: str = "entries") -> None:

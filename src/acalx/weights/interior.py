@@ -151,8 +151,8 @@ def _interior(measure: _Measure, tolerance: float) -> tuple[Balance, Array]:
     slack = barrier / here.weights
     best, goal, idle = (here, slack), 0.5 * here.gap, 0
     for _ in range(_ITERATIONS):
-        if best[0].gap <= tolerance or idle == _PATIENCE:
-            break
+        if best[0].gap <= tolerance or idle == _PATIENCE or here.information.singular:
+            break  # singular: an optimum at which not all parameters show, as far as rounding lets it come
         pull = sensitivities(measure.rows, here.support) + barrier / here.weights
         change = _newton(here.weights, slack, _curvature(measure, here))(pull)
         change_slack = barrier / here.weights - slack - slack / here.weights * change
@@ -208,6 +208,9 @@ def _curvature(measure: _Measure, here: Balance) -> tuple[Array, Array]:
     scale = np.where(upper[0] == upper[1], 1.0, np.sqrt(2.0))
     whitened = np.linalg.solve(factor, rows.reshape(-1, p).T).T.reshape(rows.shape)
     features = (whitened[..., upper[0]] * whitened[..., upper[1]]).sum(axis=1) * scale
+    # outputs of several sensors have parameters of their own: most of the symmetric matrix is zero then
+    shown = np.flatnonzero((features != 0.0).any(axis=0))
+    features, scale, upper = features[:, shown], scale[shown], (upper[0][shown], upper[1][shown])
     basis = np.zeros((len(scale), p, p))
     basis[range(len(scale)), upper[0], upper[1]] = 1.0 / scale
     basis[range(len(scale)), upper[1], upper[0]] = 1.0 / scale

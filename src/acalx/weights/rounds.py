@@ -132,7 +132,9 @@ def optimal_weights(
 
 def newton_fits(criterion: Criterion, p: int) -> bool:
     """Whether Newton's method on the weights can do without another master for p parameters."""
-    return not isinstance(criterion, Ceiling) or criterion.inequality_matrix(p) is not None
+    if not isinstance(criterion, Ceiling):
+        return True
+    return criterion.inequality_matrix(p) is not None or criterion.smoothed() is not None
 
 
 def _newton_master(criterion: Criterion, parameters: tuple[Parameter, ...]) -> Master:
@@ -140,6 +142,9 @@ def _newton_master(criterion: Criterion, parameters: tuple[Parameter, ...]) -> M
     if not isinstance(criterion, Ceiling):
         return lambda rows, base, tolerance: balance(rows, parameters, criterion, base=base, tolerance=tolerance)
     inequality = criterion.inequality_matrix(len(parameters))
+    smooth = criterion.smoothed()
+    if inequality is None and smooth is not None:
+        return lambda rows, base, tolerance: balance(rows, parameters, smooth, base=base, tolerance=tolerance)
     if inequality is None:
         raise CompatibilityError(
             f"Newton's method on the weights needs a smooth criterion or a matrix inequality, and {criterion.label} "
