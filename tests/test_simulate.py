@@ -268,8 +268,8 @@ def test_what_does_not_fit_is_refused() -> None:
 NINE = "program=[egorov_2021_table_1,axes_and_vertices_9]"
 PLATFORM = ("model=platform", "stand=platform_gimbals", "errors=platform")
 COMMANDS = {
-    "two": (NINE, "trials=2000"),
-    "again": (NINE, "trials=2000", "figures=false"),
+    "two": (NINE, "trials=2000", "seed=1"),
+    "again": (NINE, "trials=2000", "seed=1", "figures=false"),
     "platform": (*PLATFORM, "program=platform_reference_16", "trials=300", "model.gyro_noise_deg_h=0.001"),
     "singular": ("program=classical_6",),
 }
