@@ -17,7 +17,7 @@ from acalx.programs import published
 from acalx.relaxation import sensitivity
 from acalx.stands import TwoAxis
 from acalx.stands.zones import Box
-from command import run
+from command import evaluate, run
 from zones import cap
 
 HALF = {"alpha1_deg": (-90, 90)}
@@ -232,3 +232,46 @@ def test_a_stand_that_shows_too_little_says_which_combination():
     flat = TwoAxis(alpha1_deg=(0, 40), forbidden=[{"alpha1_deg": (5, 35)}], step_deg=20)
     with pytest.raises(AcalxError, match="can estimate all the parameters"):
         Exchange(starts=4).solve(problem(flat), np.random.default_rng(0))
+
+
+def test_a_program_at_the_edge_of_a_function_is_still_allowed_when_read_again(tmp_path):
+    (tmp_path / "table.py").write_text("def no(alpha1_deg, alpha2_deg):\n    return abs(alpha1_deg - 90) < 60\n")
+    limits = ("stand.forbidden_if=table.no", "criterion=d", "figures=false")
+    made = run(tmp_path, *limits, "n=12", "optimizer=gradient", "optimizer.starts=16", into="made")
+    read = evaluate(tmp_path, *limits, f"program={made.directory}/program.csv", into="read")
+    assert read.result["outside"] == []
+    assert read.result["loss"] == pytest.approx(made.result["loss"], abs=1e-9)
+
+
+def test_an_edge_that_has_nothing_beside_it_is_forbidden_too():
+    at_limit = TwoAxis(alpha1_deg=(0, 90), forbidden=[{"alpha1_deg": (0, 60)}])
+    shared = TwoAxis(forbidden=[{"alpha1_deg": (10, 90)}, {"alpha1_deg": (90, 170)}])
+    corner = TwoAxis(forbidden=[{"alpha1_deg": (10, 90), "alpha2_deg": (0, 90)}, {"alpha1_deg": (90, 170)}])
+    assert at_limit.forbids(np.radians([0.0, 45.0]))
+    assert not at_limit.forbids(np.radians([60.0, 45.0]))
+    assert shared.forbids(np.radians([90.0, 45.0]))
+    assert corner.forbids(np.radians([90.0, 45.0]))
+    assert not corner.forbids(np.radians([90.0, 145.0]))
+
+
+def test_rounding_to_fine_steps_goes_around_zones():
+    stand = TwoAxis(step_deg=1, forbidden=[{"alpha1_deg": (20.6, 159.4)}, {"alpha1_deg": (200.6, 339.4)}])
+    bound = problem(stand, n=9)
+    result = Exchange(chains=1, patience=1, starts=8).solve(bound, np.random.default_rng(0))
+    assert stand.allows(result.best.settings).all()
+    assert result.best.loss <= -certify(bound, 0.0).gap + 0.6
+
+
+def test_no_stop_at_all_is_said():
+    stand = TwoAxis(step_deg=15, alpha1_deg=(-77, -52), forbidden=[{"alpha1_deg": (283, 344)}])
+    with pytest.raises(CompatibilityError, match="allowed no stop at all"):
+        Exchange().solve(problem(stand), np.random.default_rng(0))
+
+
+def test_a_bound_is_found_where_a_function_leaves_next_to_nothing(tmp_path):
+    def tight(alpha1_deg, alpha2_deg):
+        return (abs(alpha1_deg - 42) > 3) | (abs(alpha2_deg - 180) > 80)
+
+    bound = problem(TwoAxis(forbidden_if=tight))
+    best = Gradient(starts=8).solve(bound, np.random.default_rng(0)).best.loss
+    assert certify(bound, best).gap >= -1e-9

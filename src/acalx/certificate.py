@@ -72,8 +72,10 @@ class Certificate:
     parts: dict[str, float] = field(default_factory=dict)
 
     def __str__(self) -> str:
-        if self.efficiency is None:
+        if self.bound is None:
             return f"no bound: {self.method}"
+        if self.efficiency is None:
+            return f"no program of as many positions gets the criterion below {self.bound:.6g} ({self.method})"
         if self.proved:
             return f"proved optimal: no program of as many positions is better (efficiency {self.efficiency:.6f})"
         value = math.exp(math.log(self.bound or 0.0) + (self.gap or 0.0))

@@ -58,7 +58,7 @@ def evaluate(config: DictConfig, directory: RunDirectory) -> int:
     if unseen:
         return _singular(program, unseen, directory, time.perf_counter() - started)
     problem = Problem(stand, model, criterion, program.n)
-    loss = float(problem.loss(settings))
+    loss = float(problem.loss_of(information))
     certificate = certify(problem, loss) if config.certificate and not outside else None  # else incomparable
     _show(problem, program, figures_of_merit(information))
     if certificate is not None:

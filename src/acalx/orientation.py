@@ -16,6 +16,7 @@ from acalx.criteria import Criterion
 from acalx.errors import CompatibilityError
 from acalx.information import Information, Parameter
 from acalx.optimizers import Account, Solution
+from acalx.optimizers.compass import creep
 from acalx.optimizers.descent import descend
 from acalx.optimizers.starts import regular_starts
 from acalx.problem import Problem
@@ -24,6 +25,7 @@ from acalx.stimulus import Stimulus
 __all__ = ["Orientation", "check_orientation", "orient"]
 
 _TOLERANCE, _ITERATIONS = 1e-6, 200  # of a descent
+_RADIUS = 0.1  # first step where limits leave only some rotations, in rad
 _TRIALS = 8  # random rotations for which the first criterion must stay the same
 _INVARIANT = 1e-9
 _DRAWN = 500  # random rotations of each program, of which so many of the best are descended from
@@ -74,9 +76,9 @@ def orient(
         drawn = np.concatenate([np.zeros((1, 1, 3)), rng.normal(0.0, 1.5, (_DRAWN, 1, 3))])
         drawn = drawn[rotations.possible(drawn)]
         starts = drawn[np.argsort(rotations.loss(drawn), kind="stable")[:_STARTS]]
-        descent = descend(rotations, starts, account=Account(), tolerance=_TOLERANCE, iterations=_ITERATIONS)
-        settings = rotations.settings(descent.settings)
-        losses = np.where(problem.permits(settings), descent.loss, np.inf)
+        vectors, losses = rotations.best_near(starts)
+        settings = rotations.settings(vectors)
+        losses = np.where(problem.permits(settings), losses, np.inf)
         k = int(losses.argmin())
         if losses[k] < least:
             best, least = problem.canonical(settings[k]), float(losses[k])
@@ -138,7 +140,21 @@ class _Rotations:
     def possible(self, vectors: Array) -> np.ndarray:
         """Which rotations (s, 1, 3) the stand can take."""
         settings = self.settings(vectors)
-        return np.asarray(self.problem.stand.allows(settings, tolerance=1e-7).all(axis=-1))
+        return np.asarray(self.problem.stand.allows(settings).all(axis=-1))
+
+    def best_near(self, starts: Array) -> tuple[Array, Array]:
+        """Local minima (s, 1, 3) from starts, and their losses (s,)."""
+        if not self.restricted:
+            descent = descend(self, starts, account=Account(), tolerance=_TOLERANCE, iterations=_ITERATIONS)
+            return descent.settings, descent.loss
+
+        def function(points: Array, index: np.ndarray) -> Array:
+            flat = points.reshape(-1, 1, 3)
+            return np.where(self.possible(flat), self.loss(flat), np.inf).reshape(points.shape[:2])
+
+        infinite = np.full((len(starts), 3), np.inf)
+        x, losses = creep(function, starts[:, 0, :], self.loss(starts), -infinite, infinite, radius=_RADIUS)
+        return x[:, None, :], losses
 
     def limits_around(self, settings: Array) -> tuple[Array, Array]:
         infinite = np.full((len(settings), 3), np.inf)

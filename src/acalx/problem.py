@@ -172,12 +172,13 @@ class Problem:
         """Whether some programs within the limits of the angles are not permitted."""
         return bool(self.stand.zones) or not self.replicates
 
-    def permits(self, settings: Array) -> np.ndarray:
+    def permits(self, settings: Array, clearance: bool = False) -> np.ndarray:
         """Which programs (..., n, d) leave forbidden zones alone and repeat no position that may not be.
 
-        The limits of single angles are not looked at: see `Stand.allows`.
+        The limits of single angles are not looked at: see `Stand.allows`. With a clearance, what
+        is so close to a zone that rounding may put it there is not permitted either.
         """
-        permitted = ~self.stand.forbids(settings[..., self.held :, :]).any(axis=-1)
+        permitted = ~self.stand.forbids(settings[..., self.held :, :], clearance).any(axis=-1)
         if not self.replicates:
             permitted &= ~self._repeated(settings)[..., self.held :].any(axis=-1)
         return np.asarray(permitted)
@@ -192,7 +193,7 @@ class Problem:
             Permitted programs.
         """
         settings = settings.copy()
-        wrong = self.stand.forbids(settings)
+        wrong = self.stand.forbids(settings, clearance=True)
         wrong[:, : self.held] = False
         if wrong.any():
             settings[wrong] = self._up_to_zones(settings[wrong], allowed[wrong])
@@ -201,7 +202,7 @@ class Problem:
             near[:, range(self.n), range(self.n)] = False
             settings = np.where(np.any(near, axis=-1, keepdims=True), allowed, settings)
         if self.restricted:
-            settings = np.where(self.permits(settings)[:, None, None], settings, allowed)
+            settings = np.where(self.permits(settings, clearance=True)[:, None, None], settings, allowed)
         return settings
 
     def _up_to_zones(self, settings: Array, allowed: Array) -> Array:
@@ -209,7 +210,8 @@ class Problem:
         share = np.zeros(len(settings))
         for k in range(1, _BISECTIONS + 1):
             trial = share + 0.5**k
-            share = np.where(self.stand.forbids(allowed + trial[:, None] * (settings - allowed)), share, trial)
+            between = allowed + trial[:, None] * (settings - allowed)
+            share = np.where(self.stand.forbids(between, clearance=True), share, trial)
         return np.asarray(allowed + share[:, None] * (settings - allowed))
 
     def _repeated(self, settings: Array) -> np.ndarray:
@@ -227,7 +229,8 @@ class Problem:
         for name in self.model.needs:
             felt, other = getattr(stimulus, name), getattr(another, name)
             squares += ((felt[..., :, None, :] - other[..., None, :, :]) ** 2).sum(axis=-1)
-        limit = _SAME_STOP if self.stand.stepped else _SAME_PLACE * (1.0 - 1e-9)
+        steps_only = all(setting.step is not None for setting in self.stand.settings)
+        limit = _SAME_STOP if steps_only else _SAME_PLACE * (1.0 - 1e-9)
         return np.asarray(squares < limit**2)
 
     def canonical(self, settings: Array) -> Array:

@@ -148,7 +148,11 @@ def _grid(problem: Problem) -> Array:
         for axis, (setting, few) in enumerate(zip(stand.settings, at_stops, strict=True))
     ]
     grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(axes))
-    return np.asarray(grid[~stand.forbids(grid)])
+    grid = grid[~stand.forbids(grid)]
+    if all(zone.exact for zone in stand.zones):
+        return np.asarray(grid)
+    # what a function leaves may be smaller than the grid is wide
+    return np.concatenate([grid, stand.random(np.random.default_rng(0), (_GRID_POINTS,))])
 
 
 def _weights(problem: Problem, points: Array, gap: float | None = None) -> Weights:

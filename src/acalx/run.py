@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 from omegaconf import DictConfig, OmegaConf
 
-from acalx.certificate import certify
+from acalx.certificate import Certificate, certify
 from acalx.composition import build_objectives, compose_default_optimizer, compose_objectives, compose_orient
 from acalx.criteria import Criterion, Target
-from acalx.errors import ArgumentError
+from acalx.errors import AcalxError, ArgumentError
 from acalx.itinerary import Itinerary, check_order, itinerary
 from acalx.launch import INTERRUPTED, Entry, build, launch
 from acalx.metrics import best_published
@@ -84,6 +84,8 @@ def design(config: DictConfig, directory: RunDirectory) -> int:
     if bounded and result.status != "interrupted":
         try:
             certificate = certify(problem, result.best.loss)
+        except AcalxError as error:
+            certificate = Certificate(None, None, None, str(error))
         except KeyboardInterrupt:  # the program is there, and is not to be lost
             result = replace(result, status="interrupted", message=f"{result.message}; interrupted while bounding it")
         record_result(problem, result, certificate, directory)

@@ -66,6 +66,8 @@ def _along_edges(problem: Problem, descent: Descent, account: Account, tolerance
     settings, losses = descent.settings.copy(), descent.loss.copy()
     best = np.argsort(losses)[:_CREEPING]
     best = best[np.isfinite(losses[best])]
+    if not len(best):
+        return descent
     for _ in range(_ROUNDS):
         before = losses[best].copy()
         for position in range(problem.held, problem.n):
@@ -84,7 +86,7 @@ def _creep_one(problem: Problem, settings: Array, losses: Array, position: int) 
     def function(points: Array, index: np.ndarray) -> Array:
         programs = np.repeat(settings[index][:, None], points.shape[1], axis=1)
         programs[:, :, position] = points
-        return problem.loss(programs)
+        return np.where(problem.permits(programs, clearance=True), problem.loss(programs), np.inf)
 
     moved = settings.copy()
     moved[:, position], losses = creep(function, settings[:, position], losses, lower, upper, radius=_RADIUS)

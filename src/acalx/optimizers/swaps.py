@@ -9,6 +9,7 @@ from typing import Protocol
 import numpy as np
 
 from acalx.arrays import Array
+from acalx.errors import CompatibilityError
 from acalx.exchanged import Exchanged
 from acalx.information import Information
 from acalx.optimizers.base import Account
@@ -25,6 +26,8 @@ _ONE_ANGLE = 400
 _AROUND = (-9, -3, -1, 0, 1, 3, 9)
 # Programs times candidates times parameters that are worked on at a time.
 _CHUNK = 2**18
+# A stop in a forbidden zone is exchanged for one at most so many steps away.
+_OUT = 5
 # A gain that is less is rounding.
 _GAIN = 1e-12
 _DIGITS = 9
@@ -98,7 +101,13 @@ def candidates_of(problem: Problem, size: int) -> Candidates | None:
     grid = iter(grid_over(free, max(size // count, 4 ** len(free))).axes if free else ())
     axes = tuple(next(grid) if s.step is None else s.stops() for s in settings)
     positions = Grid(axes)[:]
-    return Candidates.of(problem, positions[~problem.stand.forbids(positions)])
+    positions = positions[~problem.stand.forbids(positions, clearance=True)]
+    if not len(positions):
+        raise CompatibilityError(
+            f"stand {type(problem.stand).__name__} is allowed no stop at all: make its forbidden zones smaller, "
+            "its limits wider or its steps finer"
+        )
+    return Candidates.of(problem, positions)
 
 
 def descend_swaps(problem: Problem, starts: Array, candidates: Candidates | None, *, account: Account) -> Descent:
@@ -206,6 +215,20 @@ class _Programs:
         return np.asarray(permitted)
 
 
+def _out_of_zones(problem: Problem, stops: Array) -> Array:
+    """The nearest stops (k, d) that are allowed, where some are near."""
+    shifts = np.zeros((1, problem.d))
+    for k, setting in enumerate(problem.stand.settings):
+        if setting.step is not None:
+            moved = np.repeat(shifts[:, None, :], 2 * _OUT + 1, axis=1)
+            moved[..., k] = np.arange(-_OUT, _OUT + 1) * setting.step
+            shifts = moved.reshape(-1, problem.d)
+    shifts = shifts[np.argsort((shifts**2).sum(axis=-1), kind="stable")]
+    choices = problem.stand.wrap(stops[:, None, :] + shifts)
+    first = problem.stand.allows(choices).argmax(axis=1)
+    return np.asarray(choices[range(len(stops)), first])
+
+
 def nearest(problem: Problem, settings: Array, candidates: Candidates | None) -> Array:
     """Programs (s, n, d) with each position that is not fixed moved to the candidate, or the stop, nearest to it."""
     rounded = settings.copy()
@@ -213,6 +236,10 @@ def nearest(problem: Problem, settings: Array, candidates: Candidates | None) ->
         for k, setting in enumerate(problem.stand.settings):
             if setting.step is not None:
                 rounded[:, problem.held :, k] = setting.nearest(settings[:, problem.held :, k])
+        free = rounded[:, problem.held :]
+        forbidden = problem.stand.forbids(free)
+        if forbidden.any():
+            free[forbidden] = _out_of_zones(problem, free[forbidden])
         return rounded
     rows = candidates.regressors.reshape(len(candidates.settings), -1)
     for k, program in enumerate(settings):

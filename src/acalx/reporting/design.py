@@ -36,7 +36,7 @@ def draw(problem: Problem, designed: Designed, reference: Program | None, direct
             if problem.stand.allows(program.settings_for(problem.stand), tolerance=1e-6).all()
         }
         names = problem.criterion.objective_names
-        draw_front(names, values, result.knee, directory, f"{problem.n} positions: {result.message}", others)
+        draw_front(names, values, result.knee, directory, f"{problem.n} positions", others)
     elif result.survey is not None:
         draw_landscape(result.survey.numbers, result.survey.losses, directory)
     elif designed.parts:
@@ -66,7 +66,9 @@ def show(
         columns = _notable(problem, result)
     if reference is not None:
         other = reference.settings_for(problem.stand)
-        columns[reference.name] = figures_of_merit(problem.information(other))
+        possible = problem.stand.allows(other, tolerance=1e-6).all()
+        name = reference.name if possible else f"{reference.name} (not on this stand)"
+        columns[name] = figures_of_merit(problem.information(other))
     print(program_table(problem.stand, settings, problem.held))
     print()
     if result.design is not None:

@@ -193,11 +193,11 @@ class Stand(ABC):
         each = [s.allows(settings[..., k], tolerance) for k, s in enumerate(self.settings)]
         return np.asarray(np.logical_and.reduce([*each, ~self.forbids(settings)]))
 
-    def forbids(self, settings: Array) -> np.ndarray:
-        """Which positions (..., n) are in a forbidden zone."""
+    def forbids(self, settings: Array, clearance: bool = False) -> np.ndarray:
+        """Which positions (..., n) are in a forbidden zone, or with a clearance so close that rounding may do it."""
         forbidden = np.zeros(settings.shape[:-1], dtype=bool)
         for zone in self.zones:
-            forbidden |= zone.holds(settings)
+            forbidden |= zone.near(settings) if clearance else zone.holds(settings)
         return forbidden
 
     def random(self, rng: np.random.Generator, shape: tuple[int, ...]) -> Array:
@@ -209,12 +209,12 @@ class Stand(ABC):
             Where forbidden zones leave nothing that could be found.
         """
         settings = self._anywhere(rng, shape)
-        forbidden = self.forbids(settings) if self.zones else np.zeros(shape, dtype=bool)
+        forbidden = self.forbids(settings, clearance=True) if self.zones else np.zeros(shape, dtype=bool)
         for _ in range(_MOST_DRAWS):
             if not forbidden.any():
                 return settings
             drawn = self._anywhere(rng, (int(forbidden.sum()), _DRAWN))
-            wrong = self.forbids(drawn)
+            wrong = self.forbids(drawn, clearance=True)
             first = wrong.argmin(axis=1)  # the first that is allowed
             settings[forbidden] = drawn[range(len(drawn)), first]
             forbidden[forbidden] = wrong[range(len(drawn)), first]

@@ -16,6 +16,7 @@ __all__ = ["Setting"]
 _TURN = 2.0 * math.pi
 # Relative slack when comparing angles that went through degrees and back.
 _SLACK = 1e-9
+_MOST_STOPS = 10_000_000
 
 
 @dataclass(frozen=True)
@@ -62,6 +63,10 @@ class Setting:
             if not (math.isfinite(self.step) and self.step > 0):
                 raise ArgumentError(
                     f"{self.unit.column('step')}={step}: a step must be a positive number of {self.unit.plural}"
+                )
+            if (self.upper - self.lower) / self.step > _MOST_STOPS:
+                raise ArgumentError(
+                    f"{self.unit.column('step')}={step}: gives more than {_MOST_STOPS:,} stops; leave the step out"
                 )
             if not self.full_turn and math.floor(self._last) < math.ceil(self._first):
                 raise ArgumentError(f"{self.limits} holds no multiple of the step of {step} {self.unit.plural}")

@@ -26,6 +26,10 @@ _TURN = 2.0 * math.pi
 _SLACK = 1e-9
 # A cell counts as covered by a function's zone where so many points a side all are in it.
 _SAMPLES = 5
+# Searches stay so far from the edge of a function's zone, in rad: angles are written with finite digits.
+_CLEARANCE = 1e-7
+# Half the width of a box over the edge that two boxes share, and how far one reaches beyond the limits, in rad.
+_SEAM = 1e-6
 
 
 class Zone(ABC):
@@ -39,6 +43,10 @@ class Zone(ABC):
     @abstractmethod
     def holds(self, settings: Array) -> np.ndarray:
         """Whether settings (..., d) in rad are in the zone, (...)."""
+
+    def near(self, settings: Array) -> np.ndarray:
+        """Whether settings (..., d) are in the zone or so close that rounding may put them there."""
+        return self.holds(settings)
 
     @abstractmethod
     def covers(self, centers: Array, half: Array) -> np.ndarray:
@@ -168,6 +176,11 @@ class Custom(Zone):
             )
         return answer
 
+    def near(self, settings: Array) -> np.ndarray:
+        """Where the function says so a little to any side."""
+        shifts = _CLEARANCE * np.concatenate([np.zeros((1, len(self.settings))), *_signs(len(self.settings))])
+        return np.asarray(self.holds(settings[..., None, :] + shifts).any(axis=-1))
+
     def covers(self, centers: Array, half: Array) -> np.ndarray:
         """Where the function says so at the corners of a cell and at points between."""
         offsets = np.array(list(itertools.product(np.linspace(-1.0, 1.0, _SAMPLES), repeat=centers.shape[-1])))
@@ -194,7 +207,8 @@ def read_zones(settings: Sequence[Setting], forbidden: object, forbidden_if: obj
     if forbidden is not None:
         if not isinstance(forbidden, Sequence) or isinstance(forbidden, str):
             raise ArgumentError(f"forbidden={forbidden!r}: give a list of boxes, as in {_example(settings)}")
-        zones += [_box(box, settings) for box in forbidden]
+        boxes = [_box(box, settings) for box in forbidden]
+        zones += [*boxes, *_seams(boxes)]
     if forbidden_if is not None:
         columns = [setting.column for setting in settings]
         zones.append(Custom(_function(forbidden_if, columns), tuple(settings), _label(forbidden_if)))
@@ -220,8 +234,40 @@ def _box(box: object, settings: Sequence[Setting]) -> Box:
                 + ("; across 0 degrees write it as [350,370]" if periodic else "")
             )
         if not (periodic and high - low >= _TURN):  # all of a turn does not matter
-            lower[k], upper[k] = low, high
+            lower[k], upper[k] = _past_limits(settings[k], low, high)
     return Box(tuple(lower), tuple(upper), tuple(setting.periodic for setting in settings))
+
+
+def _past_limits(setting: Setting, low: float, high: float) -> tuple[float, float]:
+    """An interval that ends at a limit ends beyond it: else the limit alone would be allowed."""
+    if setting.full_turn:
+        return low, high
+    turns = _TURN * np.arange(-2, 3) if setting.periodic else np.zeros(1)
+    if (np.abs(low + turns - setting.lower) < _SLACK).any():
+        low -= _SEAM
+    if (np.abs(high + turns - setting.upper) < _SLACK).any():
+        high += _SEAM
+    return low, high
+
+
+def _seams(boxes: Sequence[Box]) -> list[Box]:
+    """Thin boxes over the edges that two boxes share: else the edge between them would be allowed."""
+    seams = []
+    for one, other in itertools.permutations(boxes, 2):
+        for k in range(len(one.lower)):
+            turns = _TURN * np.arange(-2, 3) if one.periodic[k] else np.zeros(1)
+            if not (np.abs(one.upper[k] - other.lower[k] + turns) < _SLACK).any():
+                continue
+            # shared by both in the other settings, a turn apart perhaps
+            low, high = list(np.maximum(one.lower, other.lower)), list(np.minimum(one.upper, other.upper))
+            low[k], high[k] = one.upper[k] - _SEAM, one.upper[k] + _SEAM
+            if all(a < b for a, b in zip(low, high, strict=True)):
+                seams.append(Box(tuple(map(float, low)), tuple(map(float, high)), one.periodic))
+    return seams
+
+
+def _signs(d: int) -> tuple[Array, Array]:
+    return np.eye(d), -np.eye(d)
 
 
 def _function(given: object, names: Sequence[str]) -> Callable[..., Any]:
