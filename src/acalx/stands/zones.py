@@ -164,7 +164,8 @@ class Custom(Zone):
 
     def holds(self, settings: Array) -> np.ndarray:
         """Ask the function."""
-        given = {s.column: s.unit.write(settings[..., k]) for k, s in enumerate(self.settings)}
+        # within the limits, as a program has them
+        given = {s.column: s.unit.write(s.wrap(settings[..., k])) for k, s in enumerate(self.settings)}
         try:
             answer = np.asarray(self.function(**given))
         except Exception as error:
