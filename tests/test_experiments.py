@@ -16,7 +16,7 @@ from acalx.stands import TwoAxis
 from command import Outcome, execute
 
 STUDY = Path(__file__).parents[1] / "experiments" / "egorov_2021"
-SOURCES = {"page.md", "printed.py", "reproduce.py"}
+SOURCES = {"page.md", "printed.py", "reproduce.py", "simulations.py"}
 NUMBER = re.compile(r"~?[-+]?\d+(?:\.\d+)?(?:e-\d+)?")
 
 

@@ -20,6 +20,7 @@ from acalx.estimation import Estimator, StaticIntervals, Unit
 from acalx.models import Model
 from acalx.optimizers import Optimizer
 from acalx.schemes import Scheme
+from acalx.simulation import ErrorSources
 from acalx.stands import Stand
 from command import SCRIPT, Outcome, assert_refused, execute, finish, run, start, together
 
@@ -311,13 +312,13 @@ def test_script_helps(script):
 
 def test_script_suggests_a_command(script):
     assert script["rnu"].status == 2
-    commands = "calibrate, evaluate, run, validate"
+    commands = "calibrate, evaluate, run, simulate, validate"
     assert script["rnu"].err == f"acalx: no command 'rnu'; did you mean run? (there are: {commands})\n"
 
 
 CONF = Path(str(resources.files("acalx.conf")))
 COMPLETIONS = {
-    "acalx ": {"run", "evaluate", "calibrate", "validate"},
+    "acalx ": {"run", "evaluate", "simulate", "calibrate", "validate"},
     "acalx ev": {"evaluate"},
     "acalx run crit": {"criterion=", "criterion."},
     "acalx run criterion=": {f"criterion={path.stem}" for path in (CONF / "criterion").glob("*.yaml")},
@@ -361,7 +362,7 @@ def test_completion_works_in_bash(tmp_path):
     assert answered["acalx ev"] == "evaluate"
     assert set(answered["acalx run crit"].split()) == {"criterion=", "criterion."}
     assert set(answered["acalx run criterion=d"].split()) == {"criterion=d", "criterion=d_fair"}
-    assert set(answered["acalx "].split()) == {"run", "evaluate", "calibrate", "validate"}
+    assert set(answered["acalx "].split()) == {"run", "evaluate", "simulate", "calibrate", "validate"}
 
 
 # ---------------------------------------------------------------- configuration
@@ -375,6 +376,7 @@ KINDS = {
     "estimator": Estimator,
     "unit": Unit,
     "static": StaticIntervals,
+    "errors": ErrorSources,
 }
 OPTIONS = sorted(path.relative_to(CONF) for path in CONF.glob("*/*.yaml"))
 

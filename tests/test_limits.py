@@ -11,12 +11,13 @@ from acalx.certificate import certify
 from acalx.criteria import A, Criterion, D, E
 from acalx.errors import AcalxError, ArgumentError, CompatibilityError, PluginError
 from acalx.models import ScalarAccel
-from acalx.optimizers import Auto, DifferentialEvolution, Exchange, Gradient
+from acalx.optimizers import DifferentialEvolution, Exchange, Gradient
 from acalx.problem import Problem
 from acalx.programs import published
 from acalx.relaxation import sensitivity
 from acalx.stands import TwoAxis
 from acalx.stands.zones import Box
+from command import run
 from zones import cap
 
 HALF = {"alpha1_deg": (-90, 90)}
@@ -173,11 +174,16 @@ def test_gradient_of_the_sensitivity_is_that_of_its_values():
         np.testing.assert_allclose(gradient[:, k], numerical, rtol=1e-6, atol=1e-7)
 
 
-def test_auto_takes_exchange_where_there_are_steps():
-    assert isinstance(Auto().choose(problem(TwoAxis(step_deg=15))), Exchange)
-    assert isinstance(Auto().choose(problem(TwoAxis())), Gradient)
-    result = Auto().solve(problem(TwoAxis(step_deg=45), n=9), np.random.default_rng(0))
-    assert result.message.startswith("Exchange: ")
+def test_a_table_with_steps_is_left_to_exchange_unless_an_optimizer_is_asked_for(tmp_path):
+    rest = ("stand.step_deg=45", "criterion=d", "n=9", "figures=false", "certificate=false")
+    chosen = run(tmp_path, *rest, into="default")
+    assert "chains of exchanges" in chosen.result["message"]
+    again = run(tmp_path, f"--config-dir={chosen.directory}", "--config-name=resolved", into="again")
+    assert again.text() == chosen.text()
+    asked = run(tmp_path, *rest, "optimizer=de", "optimizer.restarts=1", "optimizer.maxiter=5", into="asked")
+    assert "restarts" in asked.result["message"]
+    recorded = run(tmp_path, f"--config-dir={asked.directory}", "--config-name=resolved", into="recorded")
+    assert recorded.text() == asked.text()
 
 
 @pytest.mark.parametrize(

@@ -28,3 +28,23 @@ def smaller(computed: float, printed: str) -> bool:
     """Whether a figure is smaller than every number that rounds to the printed one."""
     half_a_unit = Decimal(5).scaleb(int(Decimal(printed).as_tuple().exponent) - 1)
     return Decimal(computed) < Decimal(printed) - half_a_unit
+
+
+# Table 6: s of bias, scale and non-orthogonality, then the inequalities in %; the row of Table 5 last.
+TABLE_6 = {
+    "egorov_2021_table_1": ["0.59", "0.94", "1.35", "3.0", "9.1", "13.5"],
+    "axes_and_vertices_9": ["0.72", "0.71", "2.76", "1.3", "0.5", "1.0"],
+    "axes_and_edges_9": ["0.71", "0.71", "2.66", "1.4", "0.6", "1.1"],
+    "egorov_2021_table_2": ["0.41", "0.58", "0.91", "0.7", "1.3", "0.7"],
+    "faces_and_edges_18": ["0.41", "0.53", "1.01", "0.6", "0.3", "1.6"],
+    "rotations_18": ["0.41", "0.48", "1.16", "1.0", "0.6", "0.8"],
+}
+TABLE_6_FAIR = ["0.59", "0.79", "1.43", "0.9", "1.0", "0.8"]
+
+# Table 7: R^2 in four repetitions.
+TABLE_7 = {
+    "egorov_2021_table_1": ["0.9956", "0.9958", "0.9964", "0.9959"],
+    "axes_and_vertices_9": ["0.9864", "0.9893", "0.9842", "0.9907"],
+    "egorov_2021_table_2": ["0.9973", "0.9979", "0.9977", "0.9977"],
+    "faces_and_edges_18": ["0.9952", "0.9977", "0.9956", "0.9962"],
+}

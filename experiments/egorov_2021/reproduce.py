@@ -1,4 +1,4 @@
-"""Reproduces Tables 1 to 5 and Figures 2 and 3 of Egorov, Kiryachenko, Popov (2021) and writes the page of results."""
+"""Reproduces Tables 1 to 7 and Figures 2 and 3 of Egorov, Kiryachenko, Popov (2021) and writes the page of results."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 from printed import GROUPS, KEYS, PRINTED, TABLE_5, agrees, smaller
+from simulations import tables_6_and_7
 
 from acalx.arrays import Array
 from acalx.criteria import Criterion, D, Inequality, Product
@@ -18,7 +19,7 @@ from acalx.metrics import figures_of_merit
 from acalx.models import ScalarAccel
 from acalx.optimizers import DifferentialEvolution, Gradient, Optimizer
 from acalx.problem import Problem
-from acalx.programs import find_program
+from acalx.programs import find_program, read_program
 from acalx.recording import RunDirectory
 from acalx.reporting.figures import draw_entries, draw_positions, new_figure, save
 from acalx.reporting.tables import figures_table, markdown, program_table
@@ -230,6 +231,7 @@ def reproduce(directory: Path) -> None:
     """Write the page, the figures and the fair program."""
     directory.mkdir(parents=True, exist_ok=True)
     parts = tables_1_and_2() | tables_3_to_5(directory) | figure_2(directory) | figure_3(directory)
+    parts |= tables_6_and_7(read_program(directory / "fair_9" / "program.csv").settings_for(STAND))
     page = Template((HERE / "page.md").read_text(encoding="utf-8")).substitute(parts)
     (directory / "README.md").write_text(page, encoding="utf-8")
 

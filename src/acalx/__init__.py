@@ -42,7 +42,6 @@ if TYPE_CHECKING:
     )
     from acalx.optimizers import (
         NSGA2,
-        Auto,
         Convex,
         DifferentialEvolution,
         Exchange,
@@ -55,6 +54,7 @@ if TYPE_CHECKING:
     )
     from acalx.problem import Problem
     from acalx.programs import Program, find_program, published, read_program
+    from acalx.simulation import Campaign, ErrorSources
     from acalx.stands import PlatformGimbals, RateTable, Setting, Stand, TwoAxis
     from acalx.stimulus import Stimulus
 
@@ -64,8 +64,8 @@ __all__ = [
     "NSGA2",
     "A",
     "AcalxError",
-    "Auto",
     "Calibration",
+    "Campaign",
     "Composite",
     "Convex",
     "Correction",
@@ -73,6 +73,7 @@ __all__ = [
     "D",
     "DifferentialEvolution",
     "E",
+    "ErrorSources",
     "Estimator",
     "Exchange",
     "Gradient",
@@ -152,7 +153,6 @@ _HOMES = {
     ),
     "acalx.optimizers": (
         "NSGA2",
-        "Auto",
         "Convex",
         "DifferentialEvolution",
         "Exchange",
@@ -165,6 +165,7 @@ _HOMES = {
     ),
     "acalx.problem": ("Problem",),
     "acalx.programs": ("Program", "find_program", "published", "read_program"),
+    "acalx.simulation": ("Campaign", "ErrorSources"),
     "acalx.stands": ("PlatformGimbals", "RateTable", "Setting", "Stand", "TwoAxis"),
     "acalx.stimulus": ("Stimulus",),
 }

@@ -13,6 +13,7 @@ __all__ = ["main"]
 _COMMANDS = {
     "run": "design a calibration program",
     "evaluate": "figures of merit of a program that someone already uses",
+    "simulate": "what a program is worth: simulated calibrations with everything that goes wrong",
     "calibrate": "parameters of a sensor from measurements, and readings made right",
     "validate": "how right a calibration is on positions that it has not seen",
 }

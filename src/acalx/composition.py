@@ -7,6 +7,7 @@ from typing import Any
 
 import hydra
 from hydra.core.global_hydra import GlobalHydra
+from hydra.core.hydra_config import HydraConfig
 from omegaconf import DictConfig, ListConfig, OmegaConf
 
 from acalx.criteria import Criterion, Objectives
@@ -14,7 +15,7 @@ from acalx.errors import ArgumentError
 from acalx.explain import suggestion
 from acalx.launch import build
 
-__all__ = ["build_objectives", "compose_objectives", "compose_orient"]
+__all__ = ["build_objectives", "compose_default_optimizer", "compose_objectives", "compose_orient"]
 
 _GROUP = "criterion"
 
@@ -73,6 +74,17 @@ def compose_orient(config: DictConfig) -> DictConfig:
     whole = OmegaConf.to_container(config, resolve=True)
     assert isinstance(whole, dict)
     return OmegaConf.create({**whole, "orient": _compose("orient", str(config.orient))})
+
+
+def compose_default_optimizer(config: DictConfig, overrides: Sequence[str], name: str) -> DictConfig:
+    """The configuration with another default optimizer, unless the command line or a recorded run says which."""
+    said = any(argument.lstrip("+~").startswith(("optimizer=", "optimizer.")) for argument in overrides)
+    if said or "optimizer" not in HydraConfig.get().runtime.choices:
+        return config
+    whole = OmegaConf.to_container(config, resolve=True)
+    assert isinstance(whole, dict)
+    suited = OmegaConf.to_container(hydra.compose(f"optimizer/{name}")["optimizer"], resolve=True)
+    return OmegaConf.create({**whole, "optimizer": suited})
 
 
 def _compose(option: str, name: str) -> Any:

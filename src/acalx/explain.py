@@ -126,9 +126,14 @@ def _instantiation(error: InstantiationException) -> str:
     text = str(error).replace(", set env var HYDRA_FULL_ERROR=1 to see chained exception.", "")
     lines = [line.strip() for line in text.splitlines() if line.strip()]
     kept = [line for line in lines if not line.startswith(("full_key", "set env var", "See "))]
+    for cause in _chain(error):
+        option = re.search(r"unexpected keyword argument '(\w+)'", str(cause))
+        target = re.search(r"target '([\w.]+)'", text)
+        if option and target and isinstance(cause, TypeError):
+            return f"{option.group(1)}: {target.group(1)} has no such option"
     causes = [cause for cause in _chain(error) if isinstance(cause, (ImportError, AttributeError))]
     if causes:
-        kept = [kept[0], _first_line(causes[0])]
+        kept = [kept[0], _first_line(causes[-1])]  # the first that went wrong
     return ": ".join(dict.fromkeys(line.rstrip(":") for line in kept[:3]))
 
 

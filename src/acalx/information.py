@@ -187,6 +187,10 @@ class Information:
 
     def solve(self, vectors: Array) -> Array:
         """K v for vectors (..., p), which may have more leading axes than M; nan where M is singular."""
+        if self._large:
+            upper, _ = self._factors
+            solution = _substituted(upper, vectors)
+            return np.where(self.singular[..., None], np.nan, solution) if self.singular.any() else solution
         root = self._unchecked_root
         with np.errstate(invalid="ignore"):  # inf times zero, where M is singular
             inner = np.einsum("...ij,...j->...i", root, vectors)
@@ -283,6 +287,19 @@ def _cholesky(matrix: Array) -> tuple[Array, np.ndarray]:
         regular &= good
         row *= 1.0 / np.sqrt(np.where(good, row[0], 1.0))
     return upper, regular
+
+
+def _substituted(upper: Array, vectors: Array) -> Array:
+    """inv(U'U) v for Cholesky factors (p, p, ...) and vectors (..., p), forth and back along the stack."""
+    solution = np.array(np.moveaxis(vectors, -1, 0), order="C")
+    p = len(upper)
+    for k in range(p):
+        solution[k] -= np.einsum("j...,j...->...", upper[:k, k], solution[:k])
+        solution[k] /= upper[k, k]
+    for k in reversed(range(p)):
+        solution[k] -= np.einsum("j...,j...->...", upper[k, k + 1 :], solution[k + 1 :])
+        solution[k] /= upper[k, k]
+    return np.asarray(np.moveaxis(solution, 0, -1))
 
 
 def _inverse_roots(upper: Array, regular: np.ndarray) -> Array:

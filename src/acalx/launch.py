@@ -171,6 +171,9 @@ def _run_job(entry: Entry, config: DictConfig, path: Path, overrides: list[str])
         return _failure(directory, "interrupted", f"interrupted {when}", error, INTERRUPTED)
     except (AcalxError, HydraException, OmegaConfBaseException) as error:
         return _failure(directory, "failed", explain(error, overrides, entry.config_name), error, FAILED)
+    except BrokenPipeError:  # whoever read the table has gone; what is recorded stays
+        sys.stdout = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115 - until the process ends
+        return FAILED
     except Exception as error:
         message = f"unexpected {type(error).__name__}: {error}; traceback=true shows where"
         return _failure(directory, "failed", message, error, FAILED)

@@ -10,7 +10,7 @@ from omegaconf import DictConfig, OmegaConf
 from acalx.criteria import Criterion, Target
 from acalx.errors import ArgumentError
 
-__all__ = ["names_of", "target_of", "where_of"]
+__all__ = ["names_of", "seed_of", "target_of", "where_of"]
 
 
 def names_of(config: DictConfig, key: str, length: int | None = None) -> list[str]:
@@ -45,3 +45,11 @@ def where_of(config: DictConfig) -> dict[str, Any]:
     if not isinstance(where, Mapping):
         raise ArgumentError(f"where={where}: give columns and their values, as in 'where={{imu: 3}}'")
     return {str(name): value for name, value in where.items()}
+
+
+def seed_of(config: DictConfig) -> int:
+    """The seed, or ArgumentError."""
+    seed = config.seed
+    if not isinstance(seed, int) or isinstance(seed, bool) or seed < 0:
+        raise ArgumentError(f"seed={seed}: the seed must be a whole number, 0 or more")
+    return seed

@@ -2,30 +2,31 @@
 
 from __future__ import annotations
 
-import math
 import sys
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from omegaconf import DictConfig, OmegaConf
 
-from acalx.certificate import Certificate, certify
-from acalx.composition import build_objectives, compose_objectives, compose_orient
+from acalx.certificate import certify
+from acalx.composition import build_objectives, compose_default_optimizer, compose_objectives, compose_orient
 from acalx.criteria import Criterion, Target
 from acalx.errors import ArgumentError
+from acalx.itinerary import Itinerary, check_order, itinerary
 from acalx.launch import INTERRUPTED, Entry, build, launch
-from acalx.metrics import best_published, figures_of_merit, published_losses
+from acalx.metrics import best_published
 from acalx.models import Model
-from acalx.optimizers import Design, Optimizer, Result
-from acalx.options import target_of
+from acalx.optimizers import Optimizer, Result
+from acalx.options import seed_of, target_of
 from acalx.orientation import check_orientation, orient
 from acalx.problem import Problem
-from acalx.programs import Program, find_program
+from acalx.programs import find_program
 from acalx.recording import RunDirectory
+from acalx.recording.design import record, record_parts, record_result
+from acalx.reporting.design import draw, show
 from acalx.reporting.progress import Progress
-from acalx.reporting.tables import align, figures_table, program_table, units_line, weights_table
-from acalx.schemes import Designed, Part, Scheme
+from acalx.schemes import Designed, Scheme
 from acalx.smallest import smallest_program
 from acalx.stands import Stand
 
@@ -48,6 +49,8 @@ class RunConfig:
     fixed: Any = None
     replicates: Any = True
     orient: Any = None
+    order: Any = "given"
+    dwell_s: Any = 60
     seed: Any = 0
     certificate: Any = "auto"
     figures: bool = True
@@ -57,26 +60,12 @@ class RunConfig:
 def design(config: DictConfig, directory: RunDirectory) -> int:
     """Search, record, show."""
     directory.remember(n=config.n, seed=config.seed)
-    if config.objectives is not None:
-        config = compose_objectives(config, directory.overrides)
-    config = compose_orient(config)
+    config = _composed(config, directory)
     directory.write_text("resolved.yaml", _resolved(config))
-    bounded = _wants_certificate(config)
-    seed = config.seed
-    if not isinstance(seed, int) or isinstance(seed, bool) or seed < 0:
-        raise ArgumentError(f"seed={seed}: the seed must be a whole number, 0 or more")
-    stand, model = build(config, "stand", Stand), build(config, "model", Model)
-    several = config.objectives is not None
-    criterion = build_objectives(config) if several else build(config, "criterion", Criterion)
+    bounded, seed = _wants_certificate(config), seed_of(config)
+    check_order(config.order, config.dwell_s)
+    problem, target = _problem(config)
     optimizer, scheme = build(config, "optimizer", Optimizer), build(config, "scheme", Scheme)
-    target = target_of(config, criterion)
-    fixed = None if config.fixed is None else find_program(str(config.fixed)).settings_for(stand)
-    n = config.n
-    if isinstance(n, float) and n.is_integer():
-        n = int(n)  # 1e9 is a float in YAML
-    if target is not None:  # to begin with
-        n = model.smallest_n + (0 if fixed is None else len(fixed))
-    problem = Problem(stand, model, criterion, n, fixed, config.replicates)
     second = None if config.orient is None else build(config, "orient", Criterion)
     if second is not None:
         check_orientation(problem, second, np.random.default_rng(seed))
@@ -86,20 +75,49 @@ def design(config: DictConfig, directory: RunDirectory) -> int:
         problem = replace(problem, n=len(result.best.settings))
     if second is not None and result.status != "interrupted":
         result = _turned(problem, result, second, np.random.default_rng(seed))
-    _record_parts(designed.parts, directory)
-    _record(problem, result, directory)  # before anything else can go wrong
+    visit = itinerary(problem.stand, result.best.settings, config.order, np.random.default_rng(seed), problem.held)
+    result = _in_order(result, visit)
+    directory.remember(order=config.order, **visit.entries(config.dwell_s))
+    record_parts(designed.parts, directory)
+    record(problem, result, directory)  # before anything else can go wrong
     certificate = None
     if bounded and result.status != "interrupted":
         try:
             certificate = certify(problem, result.best.loss)
         except KeyboardInterrupt:  # the program is there, and is not to be lost
             result = replace(result, status="interrupted", message=f"{result.message}; interrupted while bounding it")
-        _record_result(problem, result, certificate, directory)
+        record_result(problem, result, certificate, directory)
     reference = None if result.front else best_published(problem)
-    _show(problem, result, reference, certificate, directory)
+    show(problem, result, reference, certificate)
+    print(f"in the order of visit ({config.order}) {visit.summary(config.dwell_s)}\nwritten to {directory.path}")
     if config.figures:
-        _draw(problem, replace(designed, result=result), reference, directory)
+        draw(problem, replace(designed, result=result), reference, directory.path)
     return INTERRUPTED if result.status == "interrupted" else 0
+
+
+def _composed(config: DictConfig, directory: RunDirectory) -> DictConfig:
+    """The configuration with all that names stand for, and the optimizer that suits where none is named."""
+    if config.objectives is not None:
+        config = compose_objectives(config, directory.overrides)
+        config = compose_default_optimizer(config, directory.overrides, "scalarized")
+    elif build(config, "stand", Stand).stepped:
+        config = compose_default_optimizer(config, directory.overrides, "exchange")
+    return compose_orient(config)
+
+
+def _problem(config: DictConfig) -> tuple[Problem, Target | None]:
+    """The problem, and the target where the number of positions is to be found."""
+    stand, model = build(config, "stand", Stand), build(config, "model", Model)
+    several = config.objectives is not None
+    criterion = build_objectives(config) if several else build(config, "criterion", Criterion)
+    target = target_of(config, criterion)
+    fixed = None if config.fixed is None else find_program(str(config.fixed)).settings_for(stand)
+    n = config.n
+    if isinstance(n, float) and n.is_integer():
+        n = int(n)  # 1e9 is a float in YAML
+    if target is not None:  # to begin with
+        n = model.smallest_n + (0 if fixed is None else len(fixed))
+    return Problem(stand, model, criterion, n, fixed, config.replicates), target
 
 
 def _search(
@@ -137,157 +155,10 @@ def _turned(problem: Problem, result: Result, second: Criterion, rng: np.random.
     return replace(result, message=message, solutions=(turned.solution, *result.solutions))
 
 
-def _record_parts(parts: tuple[Part, ...], directory: RunDirectory) -> None:
-    """What each part of the model got, with its landscape where there is one."""
-    if not parts:
-        return
-    told = []
-    for part in parts:
-        found = part.result
-        told.append(
-            {
-                "part": part.name,
-                "positions": len(part.settings),
-                "dropped": part.dropped,
-                "loss": None if found is None else found.best.loss,
-                "message": "" if found is None else found.message,
-            }
-        )
-        if found is not None and found.survey is not None:
-            directory.write_survey(found.survey, f"landscape_{part.name}.csv")
-    directory.remember(parts=told)
-
-
-def _record(problem: Problem, result: Result, directory: RunDirectory) -> None:
-    directory.write_program(problem.stand, result.best.settings, problem.held)
-    if result.front:
-        directory.write_front(problem.stand, problem.criterion.objective_names, result.front, result.knee, problem.held)
-    else:
-        directory.write_alternatives(problem.stand, result.solutions)
-        directory.write_history(result.history)
-    if result.survey is not None:
-        directory.write_survey(result.survey)
-    if result.design is not None:
-        directory.write_weights(problem.stand, result.design)
-    _record_result(problem, result, None, directory)
-
-
-def _record_result(problem: Problem, result: Result, certificate: Certificate | None, directory: RunDirectory) -> None:
-    front: dict[str, Any] = {}
-    if result.front and result.knee is not None:
-        names, losses = problem.criterion.objective_names, result.front[result.knee].losses
-        front = {"objectives": names, "losses": losses, "points": len(result.front), "knee": result.knee + 1}
-    directory.write_result(
-        result.status,
-        result.message,
-        n=problem.n,
-        metrics=figures_of_merit(problem.information(result.best.settings)),
-        loss=result.best.loss,
-        evaluations=result.evaluations,
-        seconds=result.seconds,
-        gain=result.gain,
-        alternatives=len(result.solutions) - 1,
-        certificate=None if certificate is None else asdict(certificate),
-        **front,
-        **_design_entries(result.design),
-    )
-
-
-def _design_entries(design: Design | None) -> dict[str, Any]:
-    """The approximate design in result.json, where the optimizer gives one."""
-    if design is None:
-        return {}
-    entries = {
-        "value": math.exp(design.loss),
-        "loss": design.loss,
-        "gap": design.gap,
-        "efficiency": 1.0 / (1.0 + design.gap),
-        "support_points": design.count,
-        "positions": len(design.weights),
-        "candidates": design.candidates,
-        "method": design.method,
-    }
-    return {"design": entries}
-
-
-def _draw(problem: Problem, designed: Designed, reference: Program | None, directory: RunDirectory) -> None:
-    from acalx.reporting.figures import draw_convergence, draw_entries, draw_landscape, draw_positions
-
-    result = designed.result
-    stimulus = problem.stand.stimulus(result.best.settings)
-    if stimulus.specific_force is not None:
-        draw_positions(stimulus.specific_force, directory.path, f"{problem.n} positions of the vertical")
-    if result.front and result.knee is not None:
-        from acalx.reporting.front_figure import draw_front
-
-        values = np.exp([point.losses for point in result.front])
-        others = {
-            program.name: np.exp(losses)
-            for program, losses in published_losses(problem)
-            if problem.stand.allows(program.settings_for(problem.stand), tolerance=1e-6).all()
-        }
-        names = problem.criterion.objective_names
-        draw_front(names, values, result.knee, directory.path, f"{problem.n} positions: {result.message}", others)
-    elif result.survey is not None:
-        draw_landscape(result.survey.numbers, result.survey.losses, directory.path)
-    elif designed.parts:
-        for part in designed.parts:
-            if part.result is not None and part.result.survey is not None:
-                survey = part.result.survey
-                draw_landscape(survey.numbers, survey.losses, directory.path, f"landscape_{part.name}")
-    else:
-        draw_convergence(result.history, directory.path)
-    entries = {"this program": problem.model.regressors(stimulus)}
-    if reference is not None:
-        feels = problem.stand.stimulus(reference.settings_for(problem.stand))
-        entries[reference.name] = problem.model.regressors(feels)
-    draw_entries(entries, directory.path)
-
-
-def _show(
-    problem: Problem,
-    result: Result,
-    reference: Program | None,
-    certificate: Certificate | None,
-    directory: RunDirectory,
-) -> None:
-    settings = result.best.settings
-    columns = {"this program": figures_of_merit(problem.information(settings))}
-    if result.front and result.knee is not None:
-        columns = _notable(problem, result)
-    if reference is not None:
-        other = reference.settings_for(problem.stand)
-        columns[reference.name] = figures_of_merit(problem.information(other))
-    print(program_table(problem.stand, settings, problem.held))
-    print()
-    if result.design is not None:
-        print(weights_table(problem.stand, *result.design.merged()))
-        print()
-    print(align(figures_table(columns)))
-    print(units_line(problem.parameters))
-    print()
-    print(f"{result.message}; {result.evaluations} programs in {result.seconds:.2f} s")
-    if certificate is not None:
-        print(f"{certificate}")
-    if result.gain is not None:
-        print(f"the polish lowered the loss by {result.gain:.3g}, to {result.best.loss:.6f}")
-    if result.front:
-        print("above are the ends and the knee, which is program.csv; front.csv has all the points")
-    if len(result.solutions) > 1:
-        print(f"{len(result.solutions) - 1} other programs are as good; see alternatives.csv")
-    print(f"written to {directory.path}")
-
-
-def _notable(problem: Problem, result: Result) -> dict[str, dict[str, Any]]:
-    """Figures of the ends of a front and of its knee, each with its number."""
-    losses = np.array([point.losses for point in result.front])
-    numbers = {f"best {name}": int(losses[:, k].argmin()) for k, name in enumerate(problem.criterion.objective_names)}
-    assert result.knee is not None
-    chosen = {"knee": result.knee, **numbers}
-    return {
-        f"{name} ({number + 1})": figures_of_merit(problem.information(result.front[number].settings))
-        for name, number in chosen.items()
-    }
+def _in_order(result: Result, visit: Itinerary) -> Result:
+    """The result with the positions of its best program in the order of visit."""
+    best = replace(result.best, settings=visit.settings)
+    return replace(result, solutions=(best, *result.solutions[1:]))
 
 
 def _wants_certificate(config: DictConfig) -> bool:

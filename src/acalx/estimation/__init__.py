@@ -8,7 +8,7 @@ from acalx.estimation.linear import Linear
 from acalx.estimation.losses import Bisquare, Huber, Loss, Squares
 from acalx.estimation.procedure import SingularError, calibrate
 from acalx.estimation.readings import Readings, read_groups, read_readings
-from acalx.estimation.residuals import Magnitude, Oriented, Residual
+from acalx.estimation.residuals import Magnitude, Oriented, Outputs, Residual
 from acalx.estimation.static import StaticIntervals
 from acalx.estimation.units import Unit
 
@@ -24,6 +24,7 @@ __all__ = [
     "Loss",
     "Magnitude",
     "Oriented",
+    "Outputs",
     "Readings",
     "Residual",
     "SingularError",

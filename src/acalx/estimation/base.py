@@ -14,7 +14,7 @@ from acalx.errors import ArgumentError
 from acalx.estimation.losses import Loss
 from acalx.estimation.residuals import Residual
 from acalx.information import Information
-from acalx.models import ScalarAccel
+from acalx.models import Model
 from acalx.stimulus import Stimulus
 
 __all__ = ["Estimate", "Estimator"]
@@ -34,11 +34,12 @@ class Estimate:
 
     Parameters
     ----------
-    model : ScalarAccel
+    model : Model
     parameters : array (..., p)
         In g, relative, rad; nan where the positions can't show them.
-    residual, rows : arrays (..., n) and (..., n, p)
-        What the parameters leave of the residuals, and the regressors there.
+    residual : array (..., n)
+    rows : array (..., n, p), or (n, p) where all have the same
+        What the parameters leave of the residuals, and the regressors there; n m of them with m outputs a position.
     noise : array (n,) or (..., n), optional
         Standard deviation of each residual, where it is known.
     loss : Loss
@@ -47,7 +48,7 @@ class Estimate:
     iterations : int
     """
 
-    model: ScalarAccel
+    model: Model
     parameters: Array
     residual: Array
     rows: Array
@@ -104,7 +105,7 @@ class Estimate:
     @property
     def standard_errors(self) -> Array:
         """Standard errors of the parameters, (..., p)."""
-        return np.sqrt(self.covariance.diagonal(axis1=-2, axis2=-1))
+        return np.sqrt(self.information.variances * self.variance[..., None])
 
 
 class Estimator(ABC):
@@ -123,7 +124,7 @@ class Estimator(ABC):
     def check_options(self) -> None:
         """Raise ArgumentError for an option that is not acceptable."""
         if not isinstance(self.residual, Residual):
-            raise ArgumentError(f"residual={self.residual!r}: must be Magnitude() or Oriented()")
+            raise ArgumentError(f"residual={self.residual!r}: must be Magnitude(), Oriented() or Outputs()")
         if not isinstance(self.loss, Loss):
             raise ArgumentError(f"loss={self.loss!r}: must be Squares(), Huber() or Bisquare()")
         if not (isinstance(self.tolerance, float) and 1e-15 <= self.tolerance <= 1e-2):
@@ -132,12 +133,12 @@ class Estimator(ABC):
             raise ArgumentError(f"iterations={self.iterations}: give a whole number, 1 or more")
 
     @abstractmethod
-    def linearization(self, model: ScalarAccel, measurement: Array, stimulus: Stimulus | None) -> Linearize:
+    def linearization(self, model: Model, measurement: Array, stimulus: Stimulus | None) -> Linearize:
         """A function from parameters (..., p) to what they leave of the residual, and rows."""
 
     def estimate(
         self,
-        model: ScalarAccel,
+        model: Model,
         measurement: Array,
         stimulus: Stimulus | None = None,
         noise: Array | None = None,
@@ -147,10 +148,11 @@ class Estimator(ABC):
 
         Parameters
         ----------
-        model : ScalarAccel
-        measurement : array (..., n, 3), in g
+        model : Model
+        measurement : array (..., n, k)
+            Readings of `Model.measurement`, of an accelerometer triad in g.
         stimulus : arrays (n, 3) or (..., n, 3), optional
-            The vertical in sensor axes, where it is known.
+            What the sensor feels, the vertical in its axes, where it is known.
         noise : array (n,) or (..., n), optional
             Known standard deviation of each residual; positions then count by its inverse square.
         start : array (p,) or (..., p), optional
@@ -160,38 +162,45 @@ class Estimator(ABC):
         -------
         Estimate
             With nan where the positions can't show all the parameters.
+
+        Raises
+        ------
+        CompatibilityError
+            A residual that the model does not have.
         """
-        *stack, n, _ = measurement.shape
+        self.residual.check(model)
+        *stack, n, width = measurement.shape
         p = len(model.parameters)
-        if self.loss.robust and noise is None and n <= p:
+        count = n * model.outputs
+        if self.loss.robust and noise is None and count <= p:
             raise ArgumentError(
-                f"a robust loss needs more positions than the {p} parameters to tell which are far out; got {n}"
+                f"a robust loss needs more positions than the {p} parameters to tell which are far out; got {count}"
             )
-        flat = measurement.reshape(-1, n, 3)
+        flat = measurement.reshape(-1, n, width)
         starts = np.broadcast_to(0.0 if start is None else start, (*stack, p)).reshape(-1, p)
-        verticals = _members(None if stimulus is None else stimulus.specific_force, 2, stack)
+        felt = {} if stimulus is None else {name: _members(array, 2, stack) for name, array in stimulus.quantities()}
         noises = _members(noise, 1, stack)
         parts: list[tuple[Array, ...]] = []
         iterations = 0
-        size = max(1, _CHUNK_BYTES // (n * p * 8))
+        size = max(1, _CHUNK_BYTES // (count * p * 8))
         with np.errstate(all="ignore"):  # a member that can't be estimated may go anywhere; `converged` tells
             for begin in range(0, len(flat), size):
                 part = slice(begin, begin + size)
                 piece = flat[part] if len(flat) == 1 else np.asfortranarray(flat[part])
-                vertical = verticals(part)
-                known = None if vertical is None else Stimulus(specific_force=vertical)
+                known = Stimulus(**{name: of(part) for name, of in felt.items()}) if felt else None
                 linearize = self.linearization(model, piece, known)
-                x, converged, count = _descend(linearize, starts[part], self, noises(part), model)
+                x, converged, steps = _descend(linearize, starts[part], self, noises(part), model)
                 left, rows = linearize(x)
-                parts.append((x, left, np.broadcast_to(rows, (*left.shape, p)), converged))
-                iterations = max(iterations, count)
+                parts.append((x, left, rows if rows.ndim > 2 else rows[None], converged))
+                iterations = max(iterations, steps)
+        shared = rows.ndim == 2
         x, left, rows, converged = (np.concatenate(arrays) for arrays in zip(*parts, strict=True))
         shape = tuple(stack)
         return Estimate(
             model,
             x.reshape((*shape, p)),
-            left.reshape((*shape, n)),
-            rows.reshape((*shape, n, p)),
+            left.reshape((*shape, count)),
+            rows[0] if shared else rows.reshape((*shape, count, p)),
             noise,
             self.loss,
             converged.reshape(shape),
@@ -200,7 +209,7 @@ class Estimator(ABC):
 
 
 def _descend(
-    linearize: Linearize, start: Array, options: Estimator, noise: Array | None, model: ScalarAccel
+    linearize: Linearize, start: Array, options: Estimator, noise: Array | None, model: Model
 ) -> tuple[Array, np.ndarray, int]:
     """Weighted steps of Gauss and Newton for a stack (T, p), each loss from where the one before it ended."""
     losses = [options.loss]
@@ -226,7 +235,7 @@ def _descend(
     return x, converged, iterations
 
 
-def _step(residual: Array, rows: Array, loss: Loss, scale: Array, model: ScalarAccel) -> Array:
+def _step(residual: Array, rows: Array, loss: Loss, scale: Array, model: Model) -> Array:
     """Least squares of a residual (T, n) on rows (n, p) or (T, n, p), weighted by a loss of that scale (T,)."""
     if loss.robust:
         root = np.sqrt(loss.weight(residual / scale[..., None]))

@@ -13,6 +13,7 @@ from acalx.estimation.base import Estimate
 from acalx.estimation.correction import Correction
 from acalx.estimation.readings import Readings
 from acalx.estimation.units import Unit
+from acalx.models import ScalarAccel
 
 __all__ = ["CONFIDENCE", "Calibration"]
 
@@ -28,6 +29,7 @@ class Calibration:
 
     Parameters
     ----------
+    model : ScalarAccel
     readings : Readings
     unit : Unit
         With `per_g` as found where it was not known.
@@ -36,6 +38,7 @@ class Calibration:
         Of the intervals; positions are called outlying at the complement, shared by all positions.
     """
 
+    model: ScalarAccel
     readings: Readings
     unit: Unit
     estimate: Estimate
@@ -44,7 +47,7 @@ class Calibration:
     @property
     def correction(self) -> Correction:
         """The matrix and the offset that make readings right."""
-        bias, matrix = self.estimate.model.split(self.estimate.parameters)
+        bias, matrix = self.model.split(self.estimate.parameters)
         per_g = self.per_g
         return Correction(
             np.asarray(np.linalg.inv(matrix) / per_g, dtype=float), self.unit.offset + per_g * bias, self.unit.name

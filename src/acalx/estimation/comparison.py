@@ -78,7 +78,7 @@ def compare_programs(
     turns : int
         So many turns of each program as a whole are tried to find measured positions near it.
     """
-    readings, model, unit = calibration.readings, calibration.estimate.model, calibration.unit
+    readings, model, unit = calibration.readings, calibration.model, calibration.unit
     directions = vertical_of(calibration)
     total, least = readings.n, model.smallest_n
     everything = np.arange(total)

@@ -9,7 +9,7 @@ from acalx.arrays import Array
 from acalx.estimation.base import Estimator, Linearize
 from acalx.estimation.losses import Loss, Squares
 from acalx.estimation.residuals import Magnitude, Residual
-from acalx.models import ScalarAccel
+from acalx.models import Model
 from acalx.stimulus import Stimulus
 
 __all__ = ["Iterated"]
@@ -41,7 +41,7 @@ class Iterated(Estimator):
     def __post_init__(self) -> None:
         self.check_options()
 
-    def linearization(self, model: ScalarAccel, measurement: Array, stimulus: Stimulus | None) -> Linearize:
+    def linearization(self, model: Model, measurement: Array, stimulus: Stimulus | None) -> Linearize:
         """The residual at the parameters."""
 
         def linearize(parameters: Array) -> tuple[Array, Array]:

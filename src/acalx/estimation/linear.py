@@ -11,7 +11,7 @@ from acalx.arrays import Array
 from acalx.estimation.base import Estimator, Linearize
 from acalx.estimation.losses import Loss, Squares
 from acalx.estimation.residuals import Magnitude, Residual
-from acalx.models import ScalarAccel
+from acalx.models import Model
 from acalx.stimulus import Stimulus
 
 __all__ = ["Linear"]
@@ -45,12 +45,13 @@ class Linear(Estimator):
     def __post_init__(self) -> None:
         self.check_options()
 
-    def linearization(self, model: ScalarAccel, measurement: Array, stimulus: Stimulus | None) -> Linearize:
+    def linearization(self, model: Model, measurement: Array, stimulus: Stimulus | None) -> Linearize:
         """J - h X."""
         residual, rows = self.residual.linearized(model, measurement, stimulus)
-        subscripts = "np,tp->tn" if rows.ndim == 2 else "tnp,tp->tn"
 
         def linearize(parameters: Array) -> tuple[Array, Array]:
-            return residual - np.einsum(subscripts, rows, parameters), rows
+            shared = rows.ndim == 2
+            explained = parameters @ rows.T if shared else np.einsum("tnp,tp->tn", rows, parameters)
+            return residual - explained, rows
 
         return linearize

@@ -72,6 +72,7 @@ def calibrate(
         raise ArgumentError(f"confidence={confidence}: give a probability from 0.5 to less than 1, such as 0.95")
     if unit.per_g is None and "scale" not in model.groups:
         raise ArgumentError(f"{_PER_G_UNKNOWN}: give groups=[...,scale] or per_g=NUMBER")
+    estimator.residual.check(model)
     _check_positions(readings)
     if estimator.residual.needs_directions and readings.directions is None:
         estimator.residual.linearized(model, readings.means, None)  # says what is missing
@@ -86,7 +87,7 @@ def calibrate(
         start = _relative_to(estimate.parameters, model, mean)
         per_g *= mean
         estimate = _estimate(readings, model, estimator, per_g, unit.offset, noise, start)
-    return Calibration(readings, Unit(unit.name, per_g, unit.offset), estimate, confidence)
+    return Calibration(model, readings, Unit(unit.name, per_g, unit.offset), estimate, confidence)
 
 
 def noise_of(readings: Readings, noise: float | str | None, per_g: float, directions: Array) -> Array | None:

@@ -1,4 +1,4 @@
-"""The two forms of the residual: with the orientation known, and without it."""
+"""What of readings is compared with the model: the magnitude of gravity, W . eta, or outputs."""
 
 from __future__ import annotations
 
@@ -9,15 +9,22 @@ from typing import final
 import numpy as np
 
 from acalx.arrays import Array
-from acalx.errors import DataError
-from acalx.models import ScalarAccel
+from acalx.errors import CompatibilityError, DataError
+from acalx.models import Model, ScalarAccel
 from acalx.stimulus import Stimulus
 
-__all__ = ["Magnitude", "Oriented", "Residual"]
+__all__ = ["Magnitude", "Oriented", "Outputs", "Residual"]
 
 
 class Residual(ABC):
-    """What of a reading is compared with gravity."""
+    """What of a reading is compared with the model.
+
+    A new one gives `needs_directions`, `check`, `linearized` and `at`.
+    """
+
+    @abstractmethod
+    def check(self, model: Model) -> None:
+        """Raise CompatibilityError where the model does not have this residual."""
 
     @property
     @abstractmethod
@@ -25,12 +32,12 @@ class Residual(ABC):
         """Whether the vertical in sensor axes must be known."""
 
     @abstractmethod
-    def linearized(self, model: ScalarAccel, measurement: Array, stimulus: Stimulus | None) -> tuple[Array, Array]:
+    def linearized(self, model: Model, measurement: Array, stimulus: Stimulus | None) -> tuple[Array, Array]:
         """J and the rows h of its linear model at zero errors.
 
         Parameters
         ----------
-        model : ScalarAccel
+        model : Model
         measurement : array (..., n, 3), in g
         stimulus : arrays (n, 3) or (..., n, 3), optional
             The vertical, where it is known.
@@ -41,9 +48,7 @@ class Residual(ABC):
         """
 
     @abstractmethod
-    def at(
-        self, model: ScalarAccel, parameters: Array, measurement: Array, stimulus: Stimulus | None
-    ) -> tuple[Array, Array]:
+    def at(self, model: Model, parameters: Array, measurement: Array, stimulus: Stimulus | None) -> tuple[Array, Array]:
         """What is left of J, exactly, once errors (..., p) are taken off, and the rows there."""
 
 
@@ -52,23 +57,25 @@ class Residual(ABC):
 class Magnitude(Residual):
     """J = |W| / |g| - 1. The orientation need not be known; the linear model uses it where it is."""
 
+    def check(self, model: Model) -> None:
+        """Of `ScalarAccel` only."""
+        _scalar(model)
+
     @property
     def needs_directions(self) -> bool:
         """No."""
         return False
 
-    def linearized(self, model: ScalarAccel, measurement: Array, stimulus: Stimulus | None) -> tuple[Array, Array]:
+    def linearized(self, model: Model, measurement: Array, stimulus: Stimulus | None) -> tuple[Array, Array]:
         """Without the orientation rows are those of the direction that was read."""
         if stimulus is None:
             lengths = np.sqrt((measurement * measurement).sum(axis=-1, keepdims=True))
             stimulus = Stimulus(specific_force=measurement / lengths)
-        return model.residual_magnitude(measurement), model.regressors(stimulus)[..., 0, :]
+        return _scalar(model).residual_magnitude(measurement), model.regressors(stimulus)[..., 0, :]
 
-    def at(
-        self, model: ScalarAccel, parameters: Array, measurement: Array, stimulus: Stimulus | None
-    ) -> tuple[Array, Array]:
+    def at(self, model: Model, parameters: Array, measurement: Array, stimulus: Stimulus | None) -> tuple[Array, Array]:
         """|inv(A) (W - bias)| - 1."""
-        return model.magnitude_at(parameters, measurement)
+        return _scalar(model).magnitude_at(parameters, measurement)
 
 
 @final
@@ -76,23 +83,67 @@ class Magnitude(Residual):
 class Oriented(Residual):
     """J = W . eta / |g| - 1, which is linear in the errors: as good as the knowledge of eta, the vertical."""
 
+    def check(self, model: Model) -> None:
+        """Of `ScalarAccel` only."""
+        _scalar(model)
+
     @property
     def needs_directions(self) -> bool:
         """Yes."""
         return True
 
-    def linearized(self, model: ScalarAccel, measurement: Array, stimulus: Stimulus | None) -> tuple[Array, Array]:
+    def linearized(self, model: Model, measurement: Array, stimulus: Stimulus | None) -> tuple[Array, Array]:
         """Exact, whatever the errors are."""
         if stimulus is None:
             raise DataError(
                 "the residual W . eta needs the direction of the vertical in each position: "
                 "give it in columns eta_x, eta_y, eta_z or alpha1_deg, alpha2_deg, or take the magnitude"
             )
-        return model.residual_oriented(measurement, stimulus), model.regressors(stimulus)[..., 0, :]
+        return _scalar(model).residual_oriented(measurement, stimulus), model.regressors(stimulus)[..., 0, :]
 
-    def at(
-        self, model: ScalarAccel, parameters: Array, measurement: Array, stimulus: Stimulus | None
-    ) -> tuple[Array, Array]:
+    def at(self, model: Model, parameters: Array, measurement: Array, stimulus: Stimulus | None) -> tuple[Array, Array]:
         """J - h X."""
         residual, rows = self.linearized(model, measurement, stimulus)
         return residual - np.einsum("...np,...p->...n", rows, parameters), rows
+
+
+@final
+@dataclass(frozen=True)
+class Outputs(Residual):
+    """The outputs themselves, of a model that is linear in its parameters; the attitude must be known."""
+
+    def check(self, model: Model) -> None:
+        """Of every model whose measurement is its regressors times its parameters."""
+        if isinstance(model, ScalarAccel):
+            raise CompatibilityError(
+                "the outputs of ScalarAccel are not linear in its parameters: "
+                "take the magnitude of gravity, as in estimator=iterated"
+            )
+
+    @property
+    def needs_directions(self) -> bool:
+        """Yes."""
+        return True
+
+    def linearized(self, model: Model, measurement: Array, stimulus: Stimulus | None) -> tuple[Array, Array]:
+        """Outputs (..., n m) and their rows (n m, p) or (..., n m, p)."""
+        if stimulus is None:
+            raise DataError("the outputs of a sensor say nothing of its parameters where its attitude is not known")
+        rows = model.regressors(stimulus)
+        *stack, n, m, p = rows.shape
+        return measurement.reshape((*measurement.shape[:-2], n * m)), rows.reshape((*stack, n * m, p))
+
+    def at(self, model: Model, parameters: Array, measurement: Array, stimulus: Stimulus | None) -> tuple[Array, Array]:
+        """Outputs less rows times parameters."""
+        residual, rows = self.linearized(model, measurement, stimulus)
+        return residual - np.einsum("...np,...p->...n", rows, parameters), rows
+
+
+def _scalar(model: Model) -> ScalarAccel:
+    """The model, if it has a magnitude of gravity to compare."""
+    if not isinstance(model, ScalarAccel):
+        raise CompatibilityError(
+            f"model {type(model).__name__} has no magnitude of gravity to compare: its readings are outputs "
+            "that are linear in its parameters, for estimator=outputs"
+        )
+    return model

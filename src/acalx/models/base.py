@@ -68,6 +68,14 @@ class Model(ABC):
     def regressors(self, stimulus: Stimulus) -> Array:
         """Rows h of H, (..., n, m, p), each divided by the noise standard deviation of its output."""
 
+    def measurement(self, parameters: Array, stimulus: Stimulus) -> Array:
+        """Noise-free readings (..., n, k) of a sensor with these parameters (..., p).
+
+        The default is the linear model: the m outputs, each in units of its noise. A model of
+        which the regressors are only the linear part gives the whole.
+        """
+        return np.asarray((self.regressors(stimulus) @ parameters[..., None, :, None])[..., 0])
+
     def information(self, stimulus: Stimulus) -> Information:
         """Information of programs, matrices (..., p, p)."""
         return self.information_of(self.regressors(stimulus))

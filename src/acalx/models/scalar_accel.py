@@ -9,7 +9,7 @@ from typing import final
 
 import numpy as np
 
-from acalx.arrays import Array, empty_as
+from acalx.arrays import Array, components, empty_as
 from acalx.errors import ArgumentError
 from acalx.information import Parameter
 from acalx.models.base import Model
@@ -132,8 +132,11 @@ class ScalarAccel(Model):
         -------
         array (..., n, 3)
         """
-        bias, matrix = self.split(parameters)
-        return bias[..., None, :] + _force(stimulus) @ matrix.swapaxes(-1, -2)
+        full = np.zeros((*parameters.shape[:-1], 9))
+        full[..., self._columns] = parameters
+        bx, by, bz, sx, sy, sz, xy, xz, zy = np.moveaxis(full, -1, 0)[..., None]
+        x, y, z = np.moveaxis(_force(stimulus), -1, 0)
+        return components(bx + x + (sx * x + xy * y + xz * z), by + y + sy * y, bz + z + (sz * z + zy * y))
 
     def residual_oriented(self, measurement: Array, stimulus: Stimulus) -> Array:
         """J = W . eta / |g| - 1, where the orientation is known.

@@ -5,7 +5,6 @@ from typing import TYPE_CHECKING
 from acalx.lazy import names_from
 
 if TYPE_CHECKING:
-    from acalx.optimizers.auto import Auto
     from acalx.optimizers.base import Account, Design, Optimizer, Result, Solution, Survey
     from acalx.optimizers.convex import Convex
     from acalx.optimizers.de import DifferentialEvolution
@@ -19,7 +18,6 @@ if TYPE_CHECKING:
 __all__ = [
     "NSGA2",
     "Account",
-    "Auto",
     "Convex",
     "Design",
     "DifferentialEvolution",
@@ -37,7 +35,6 @@ __all__ = [
 __getattr__ = names_from(
     __name__,
     {
-        "acalx.optimizers.auto": ("Auto",),
         "acalx.optimizers.base": (
             "Account",
             "Design",

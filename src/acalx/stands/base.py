@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 
@@ -51,6 +52,30 @@ class Stand(ABC):
             for (name, plus), (_, minus) in zip(above.quantities(), below.quantities(), strict=True):
                 columns.setdefault(name, []).append((plus - minus) / (2 * step))
         return Stimulus(**{name: np.stack(arrays, axis=-1) for name, arrays in columns.items()})
+
+    @property
+    def speeds(self) -> Array:
+        """How fast each setting changes, (d,), in its unit per second, infinite where that takes no time.
+
+        The default is 10 degrees per second.
+        """
+        return np.full(len(self.settings), math.radians(10.0))
+
+    def equivalents(self, settings: Array) -> Array:
+        """Settings for the same stimulus that the stand can take, (k, n, d), those given (n, d) first.
+
+        Where there are fewer for a position, the given ones again. The default knows no others.
+        """
+        return settings[None]
+
+    @property
+    def axis_errors(self) -> tuple[str, ...]:
+        """Names of the e small angles by which the stand's axes may be off; none."""
+        return ()
+
+    def misaligned(self, settings: Array, errors: Array) -> Stimulus:
+        """What the sensor feels where the axes are off by angles (..., n, e) in rad; a new stand may say how."""
+        return self.stimulus(settings)
 
     def aim(self, directions: Array) -> Array:
         """Settings (..., n, d) that bring the vertical to these directions (..., n, 3) of the sensor.

@@ -10,7 +10,15 @@ from acalx.errors import ArgumentError
 from acalx.stands.base import Setting
 from acalx.units import DEGREE, Unit
 
-__all__ = ["angle", "require_limits", "require_number", "require_step", "require_steps", "require_switch"]
+__all__ = [
+    "angle",
+    "require_limits",
+    "require_number",
+    "require_speeds",
+    "require_step",
+    "require_steps",
+    "require_switch",
+]
 
 
 def require_number(name: str, value: object, lower: float, upper: float, unit: Unit = DEGREE) -> float:
@@ -48,6 +56,17 @@ def require_steps(name: str, value: object, count: int) -> tuple[float | None, .
     for step in value:
         require_step(name, step)
     return tuple(value)
+
+
+def require_speeds(name: str, value: object, count: int) -> tuple[float, ...]:
+    """One speed for all of some axes or one for each, in degrees per second, as rad/s, or ArgumentError."""
+    each = tuple(value) if isinstance(value, Sequence) and not isinstance(value, str) else (value,) * count
+    speeds = tuple(math.radians(speed) for speed in each if _is_number(speed) and speed > 0)
+    if len(speeds) != len(each) or len(each) != count:
+        raise ArgumentError(
+            f"{name}={value}: give a positive number of degrees per second, or {count} of them, one for each axis"
+        )
+    return speeds
 
 
 def require_switch(name: str, value: object) -> None:

@@ -12,7 +12,7 @@ import numpy as np
 
 from acalx.arrays import Array, components, sin_cos
 from acalx.stands.base import Setting, Stand
-from acalx.stands.options import angle, require_limits, require_number, require_steps, require_switch
+from acalx.stands.options import angle, require_limits, require_number, require_speeds, require_steps, require_switch
 from acalx.stands.zones import Zone, read_zones
 from acalx.stimulus import Stimulus
 
@@ -51,6 +51,8 @@ class PlatformGimbals(Stand):
         Boxes of settings that must not be taken, as of `TwoAxis`, by ``gamma_deg, alpha_deg``.
     forbidden_if : str or callable
         Function that says the same, as of `TwoAxis`.
+    speed_deg_s : float or pair of float, degrees per second
+        How fast the angles turn, all or each; for the order of visit.
 
     Raises
     ------
@@ -70,6 +72,7 @@ class PlatformGimbals(Stand):
     periodic: bool = True
     forbidden: Sequence[Mapping[str, Sequence[float]]] = ()
     forbidden_if: str | Callable[..., Any] | None = None
+    speed_deg_s: float | Sequence[float] = 10.0
 
     def __post_init__(self) -> None:
         for name in ("gamma_deg", "alpha_deg"):
@@ -78,6 +81,7 @@ class PlatformGimbals(Stand):
         require_number("latitude_deg", self.latitude_deg, -90.0, 90.0)
         _ = self._steps
         require_switch("periodic", self.periodic)
+        _ = self.speeds
         _ = self.settings, self.zones  # built once here so that bad ones are refused at construction
 
     @cached_property
@@ -96,6 +100,11 @@ class PlatformGimbals(Stand):
     def zones(self) -> tuple[Zone, ...]:
         """The forbidden boxes, then what the function says."""
         return read_zones(self.settings, self.forbidden, self.forbidden_if)
+
+    @property
+    def speeds(self) -> Array:
+        """Of both angles, in rad/s."""
+        return np.array(require_speeds("speed_deg_s", self.speed_deg_s, 2))
 
     @property
     def frequencies(self) -> tuple[int, ...]:
@@ -125,6 +134,26 @@ class PlatformGimbals(Stand):
             specific_force=components(sa * sg, ca * sg, cg),
             angular_rate=components(ca * along + sa * level, ca * level - sa * along, rest),
         )
+
+    @property
+    def axis_errors(self) -> tuple[str, ...]:
+        """Of the outer axis its azimuth and its tilt, of the inner one how far it is from square to the outer."""
+        return ("outer_azimuth", "outer_tilt", "inner_squareness")
+
+    def misaligned(self, settings: Array, errors: Array) -> Stimulus:
+        """Both with the axes off by angles (..., n, 3) in rad: C = Rz(alpha) Ry(s) Rx(gamma) Ry(t) Rz(a)."""
+        (sg, sa), (cg, ca) = _split(*sin_cos(settings))
+        (s_azimuth, s_tilt, s_square), (c_azimuth, c_tilt, c_square) = (np.moveaxis(f, -1, 0) for f in sin_cos(errors))
+
+        def felt(along: float, across: float, up: float) -> Array:
+            x, y, z = np.array(along), np.array(across), np.array(up)
+            x, y = c_azimuth * x + s_azimuth * y, c_azimuth * y - s_azimuth * x
+            x, z = c_tilt * x - s_tilt * z, c_tilt * z + s_tilt * x
+            y, z = cg * y + sg * z, cg * z - sg * y
+            x, z = c_square * x - s_square * z, c_square * z + s_square * x
+            return components(ca * x + sa * y, ca * y - sa * x, z)
+
+        return Stimulus(specific_force=felt(0.0, 0.0, 1.0), angular_rate=felt(*self._earth_rate))
 
     def derivative(self, settings: Array) -> Stimulus:
         """Derivatives of both, (..., n, 3, 2)."""

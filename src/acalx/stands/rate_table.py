@@ -12,7 +12,7 @@ import numpy as np
 
 from acalx.arrays import Array, components, sin_cos
 from acalx.stands.base import Setting, Stand
-from acalx.stands.options import angle, require_limits, require_number, require_step, require_switch
+from acalx.stands.options import angle, require_limits, require_number, require_speeds, require_step, require_switch
 from acalx.stands.zones import Zone, read_zones
 from acalx.stimulus import EARTH_RATE, Stimulus
 from acalx.units import DEGREE_PER_SECOND
@@ -54,6 +54,8 @@ class RateTable(Stand):
         and ``rate_deg_s``.
     forbidden_if : str or callable
         Function that says the same, as of `TwoAxis`.
+    speed_deg_s : float or pair of float, degrees per second
+        How fast the angles of the fixture turn, all or each; for the order of visit. The rate changes meanwhile.
 
     Raises
     ------
@@ -73,6 +75,7 @@ class RateTable(Stand):
     periodic: bool = True
     forbidden: Sequence[Mapping[str, Sequence[float]]] = ()
     forbidden_if: str | Callable[..., Any] | None = None
+    speed_deg_s: float | Sequence[float] = 10.0
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "rate_deg_s", require_limits("rate_deg_s", self.rate_deg_s, DEGREE_PER_SECOND))
@@ -82,6 +85,7 @@ class RateTable(Stand):
         require_step("step_deg", self.step_deg)
         require_number("latitude_deg", self.latitude_deg, -90.0, 90.0)
         require_switch("periodic", self.periodic)
+        _ = self.speeds
         _ = self.settings, self.zones  # built once here so that bad ones are refused at construction
 
     @cached_property
@@ -99,6 +103,11 @@ class RateTable(Stand):
     def zones(self) -> tuple[Zone, ...]:
         """The forbidden boxes, then what the function says."""
         return read_zones(self.settings, self.forbidden, self.forbidden_if)
+
+    @property
+    def speeds(self) -> Array:
+        """Of both angles, in rad/s; the rate changes in no time."""
+        return np.array((*require_speeds("speed_deg_s", self.speed_deg_s, 2), np.inf))
 
     def stimulus(self, settings: Array) -> Stimulus:
         """The vertical and the rate in sensor axes: settings (..., n, 3) in rad and rad/s."""

@@ -12,7 +12,7 @@ import numpy as np
 
 from acalx.arrays import Array, components, sin_cos
 from acalx.stands.base import Setting, Stand
-from acalx.stands.options import angle, require_limits, require_number, require_steps, require_switch
+from acalx.stands.options import angle, require_limits, require_number, require_speeds, require_steps, require_switch
 from acalx.stands.zones import Zone, read_zones
 from acalx.stimulus import Stimulus
 
@@ -49,6 +49,8 @@ class TwoAxis(Stand):
     field_azimuth_deg : float, degrees
         Of the field's horizontal part, from the table's x axis at zero angles towards y, the
         axis of alpha1.
+    speed_deg_s : float or pair of float, degrees per second
+        How fast the angles turn, all or each; for the order of visit.
 
     Raises
     ------
@@ -67,6 +69,7 @@ class TwoAxis(Stand):
     field_azimuth_deg: float = 0.0
     forbidden: Sequence[Mapping[str, Sequence[float]]] = ()
     forbidden_if: str | Callable[..., Any] | None = None
+    speed_deg_s: float | Sequence[float] = 10.0
 
     def __post_init__(self) -> None:
         for name in ("alpha1_deg", "alpha2_deg"):
@@ -76,6 +79,7 @@ class TwoAxis(Stand):
         if self.dip_deg is not None:
             require_number("dip_deg", self.dip_deg, -90.0, 90.0)
         require_number("field_azimuth_deg", self.field_azimuth_deg, -360.0, 360.0)
+        _ = self.speeds
         _ = self.settings, self.zones  # built once here so that bad ones are refused at construction
 
     @cached_property
@@ -98,6 +102,11 @@ class TwoAxis(Stand):
     def zones(self) -> tuple[Zone, ...]:
         """The forbidden boxes, then what the function says."""
         return read_zones(self.settings, self.forbidden, self.forbidden_if)
+
+    @property
+    def speeds(self) -> Array:
+        """Of both angles, in rad/s."""
+        return np.array(require_speeds("speed_deg_s", self.speed_deg_s, 2))
 
     @property
     def frequencies(self) -> tuple[int, ...]:
@@ -141,6 +150,14 @@ class TwoAxis(Stand):
         by_alpha1 = components(-x * sin1 + z * cos1, fall * sin2, fall * cos2)
         by_alpha2 = components(np.zeros_like(sin1), up * cos2 - y * sin2, -up * sin2 - y * cos2)
         return components(by_alpha1, by_alpha2)
+
+    def equivalents(self, settings: Array) -> Array:
+        """(a1, a2) and (180 - a1, a2 + 180), which show the same vertical; not the same field."""
+        if self.dip_deg is not None:
+            return settings[None]
+        other = np.stack([math.pi - settings[..., 0], settings[..., 1] + math.pi], axis=-1)
+        other = np.stack([setting.reach(other[..., k]) for k, setting in enumerate(self.settings)], axis=-1)
+        return np.stack([settings, np.where(self.allows(other)[..., None], other, settings)])
 
     def aim(self, directions: Array) -> Array:
         """Settings for directions of the vertical in sensor axes, the pair that the limits allow."""
