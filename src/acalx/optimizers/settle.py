@@ -18,8 +18,8 @@ __all__ = ["settle"]
 # Points of the grid that stands for settings without steps beside others that have them.
 _GRID = 2000
 # So many of the best programs creep along the edges of what is allowed, so many times.
-_CREEPING = 8
-_ROUNDS = 3
+_CREEPING = 4
+_ROUNDS = 2
 _RADIUS = math.radians(2.0)
 _GAIN = 1e-9
 
