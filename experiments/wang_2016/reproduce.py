@@ -24,6 +24,7 @@ from acalx.reporting.figures import PALE, SERIES, draw_landscape, new_figure, sa
 from acalx.reporting.tables import markdown, program_table
 from acalx.schemes import Designed, Joint, Parallel, Scheme, Serial
 from acalx.sequences import regular_sequences
+from acalx.simulation import Campaign, ErrorSources, default_estimator, simulate
 from acalx.stands import PlatformGimbals
 
 HERE = Path(__file__).resolve().parent
@@ -33,6 +34,7 @@ UNIT, SENSOR = Platform(), Platform(gyro_noise_deg_h=0.001, accel_noise_g=1e-6 /
 GYROS, ACCELS = Platform(sensors=["gyros"]), Platform(sensors=["accels"])
 GROUPS = ("gyro_bias", "gyro_first_order", "gyro_second_order", "gyro_misalignment")
 SEED, RUNS, MOST = 0, 4000, 16
+INSTALLATION = (10.0, 1.0)  # of the gimbal axes, arc seconds: mean and standard deviation; known
 ARC_SECOND = np.radians(1.0 / 3600.0)
 EARTH_RATE_DEG_H = 15.041
 # Magnitudes of the true coefficients, in their units; each has a random sign.
@@ -93,16 +95,10 @@ def log_dets(settings: Array) -> tuple[float, float]:
 
 
 def relative_errors(settings: Array) -> Array:
-    """Root mean square of the relative error of each of the 36 coefficients, over simulated calibrations."""
-    rng = np.random.default_rng(SEED)
-    stimulus = STAND.stimulus(settings)
-    rows = SENSOR.regressors(stimulus).reshape(-1, len(SENSOR.parameters))  # in units of the noise
-    limits = np.array([MAGNITUDES[parameter.group] for parameter in SENSOR.parameters])
-    true = rng.uniform(*limits.T, (RUNS, len(limits))) * rng.choice([-1.0, 1.0], (RUNS, len(limits)))
-    readings = true @ rows.T + rng.standard_normal((RUNS, len(rows)))
-    scale = np.linalg.norm(rows, axis=0)
-    found = np.linalg.lstsq(rows / scale, readings.T, rcond=None)[0].T / scale
-    return np.asarray(np.sqrt(np.mean(((found - true) / true) ** 2, axis=0)))
+    """Root mean square error of each of the 36 coefficients over that of the true ones, (36,), simulated."""
+    sources = ErrorSources(MAGNITUDES, noise=1.0, setting_rad=0.0, gravity=0.0, installation_arcsec=INSTALLATION)
+    campaign = Campaign(SENSOR, STAND, settings, sources, SEED)
+    return simulate(campaign, default_estimator(SENSOR), RUNS).relative_errors
 
 
 def comparison() -> dict[str, str]:
