@@ -35,6 +35,9 @@ from acalx.stands import Stand
 
 __all__ = ["ENTRY", "main"]
 
+# Mean magnitudes outside these, in g, are questioned: a moving sensor too feels about 1 g on average.
+_PLAUSIBLE = 0.5, 2.0
+
 
 @dataclass
 class CalibrateConfig:
@@ -193,6 +196,8 @@ def _apply(config: DictConfig, directory: RunDirectory, started: float) -> int:
         if count == 0:
             raise DataError(f"{file.path}: a header but no readings below it")
     message = f"{count} readings corrected; their mean magnitude is {magnitude / count:.6g} g"
+    if not _PLAUSIBLE[0] < magnitude / count < _PLAUSIBLE[1]:
+        message += ", far from 1 g: are they in the unit that the calibration was made in?"
     seconds = time.perf_counter() - started
     directory.write_result("ok", message, n=count, mean_magnitude_g=magnitude / count, seconds=seconds)
     print(f"{message}\nwritten to {directory.path / 'corrected.csv'}")

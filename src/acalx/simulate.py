@@ -133,10 +133,24 @@ def _show(outcomes: Sequence[Outcome], model: Model, directory: RunDirectory) ->
                     f"{entry['bias'] / outcome.noise:.2g}",
                 ]
             )
-        print(f"{align(rows)}\n\n{_parameters(outcome)}\n\n{_verdict(outcome)}\n")
+        print(f"{align(rows)}\n\n{_parameters(outcome)}\n\n{_verdict(outcome)}\n{_relative(outcome)}\n")
     print(f"s, theta and bias of groups are divided by the noise, {outcomes[0].noise:g}")
     print(units_line(model.parameters))
     print(f"written to {directory.path}")
+
+
+def _relative(outcome: Outcome) -> str:
+    """Error of the worst parameter relative to its own size, and a question where that is too large to be meant."""
+    errors = np.nan_to_num(outcome.relative_errors, posinf=0.0)  # of a parameter that is zero there is none
+    worst = int(errors.argmax())
+    name = outcome.information.parameters[worst].name
+    text = f"largest error relative to the parameter: {100 * errors[worst]:.3g} %, {name}"
+    if errors[worst] > 1.0:
+        text += (
+            "; more than the parameter itself: is the noise that of the sensor? It is errors.noise times what the "
+            "model says, as in model.gyro_noise_deg_h=0.001 model.accel_noise_g=1.02e-7"
+        )
+    return text
 
 
 def _parameters(outcome: Outcome) -> str:
