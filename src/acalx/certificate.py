@@ -202,6 +202,5 @@ def _axes(stand: Stand) -> list[tuple[np.ndarray, np.ndarray]]:
         if stops:
             axes.append((setting.stops(), np.zeros(len(setting.stops()))))
             continue
-        regular = np.linspace(setting.lower, setting.upper, _FIRST_CELLS + 1)
-        axes.append(cells_between(np.union1d(regular, stand.zone_edges(axis))))
+        axes.append(cells_between(stand.divided(axis, _FIRST_CELLS + 1)))
     return axes

@@ -33,6 +33,7 @@ _MOST_STOPS = 50_000  # with more of them, steps are too fine to matter for a bo
 _MOST_LINES = 1_000  # of stops of one setting where another has no steps
 _MOST_PEAKS = 54
 _STARTS = 600  # of the grid, from which peaks are climbed
+_CLIMB = 1e-10  # a climb ends where two steps raise the sensitivity by less; a flat one would go on for ever
 _SAME = 1e-5  # regressors that differ by less belong to the same support point
 # The gap to which weights are optimized; a matrix inequality stops short of the accuracy of smooth criteria.
 _SMOOTH_GAP, _CEILING_GAP = 1e-10, 1e-8
@@ -144,7 +145,7 @@ def _grid(problem: Problem) -> Array:
     at_stops = looked_at_stops(stand)
     count = round(_GRID_POINTS ** (1.0 / max(1, at_stops.count(False))))
     axes = [
-        setting.stops() if few else np.union1d(np.linspace(setting.lower, setting.upper, count), stand.zone_edges(axis))
+        setting.stops() if few else stand.divided(axis, count)
         for axis, (setting, few) in enumerate(zip(stand.settings, at_stops, strict=True))
     ]
     grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(axes))
@@ -181,7 +182,7 @@ def _peaks(problem: Problem, support: Array, grid: Array, points: Array) -> tupl
 
     stand = problem.stand
     lower, upper = stand.limits_around(best, looked_at_stops(stand))
-    minima = minimize_stack(objective, best, lower, upper, tolerance=1e-10, iterations=200)
+    minima = minimize_stack(objective, best, lower, upper, tolerance=1e-10, loss_tolerance=_CLIMB, iterations=200)
     order = np.argsort(minima.loss)
     if all(zone.exact for zone in stand.zones):
         return minima.x[order], -minima.loss[order]

@@ -139,13 +139,16 @@ class Stand(ABC):
         """Forbidden zones; none."""
         return ()
 
-    def zone_edges(self, axis: int) -> Array:
-        """Where boxes of forbidden zones begin and end along one setting, within its limits, ascending."""
+    def divided(self, axis: int, count: int) -> Array:
+        """So many values of a setting from limit to limit, and where boxes of forbidden zones begin and end between."""
         setting = self.settings[axis]
+        regular = np.linspace(setting.lower, setting.upper, count)
+        if not self.zones:
+            return regular
         ends = np.array([end for zone in self.zones for end in zone.edges(axis)])
         if setting.periodic:
             ends = (ends[:, None] + 2.0 * np.pi * np.arange(-3, 4)).ravel()
-        return np.unique(ends[(ends > setting.lower) & (ends < setting.upper)])
+        return np.union1d(regular, ends[(ends > setting.lower) & (ends < setting.upper)])
 
     def limits_around(self, settings: Array, hold: Sequence[bool] | None = None) -> tuple[Array, Array]:
         """Limits (..., d) around settings (..., d) between which every angle is allowed, in rad.
