@@ -30,7 +30,7 @@ BOTH_STANDS = pytest.mark.parametrize("stand", STANDS.values(), ids=STANDS)
 
 
 def candidates(stand: TwoAxis, size: int, kind: str = "structured", seed: int = 0) -> Positions:
-    return Positions(stand, ScalarAccel(), stand.candidates(size, kind, np.random.default_rng(seed)))
+    return Positions(stand, ScalarAccel(), stand.axes.candidates(size, kind, np.random.default_rng(seed)))
 
 
 @pytest.mark.parametrize("kind", ["structured", "random"])
@@ -64,7 +64,7 @@ from acalx import D, ScalarAccel, TwoAxis
 from acalx.weights import Positions, optimal_weights
 size, limits = int(sys.argv[1]), [tuple(map(float, pair.split(","))) for pair in sys.argv[2:]]
 stand = TwoAxis(*limits)
-places = stand.candidates(size, "structured", np.random.default_rng(0))
+places = stand.axes.candidates(size, "structured", np.random.default_rng(0))
 found = optimal_weights(Positions(stand, ScalarAccel(), places), D())
 print(found.efficiency, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
 """

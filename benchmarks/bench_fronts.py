@@ -20,8 +20,8 @@ from pymoo.core.problem import Problem as PymooProblem
 from acalx.criteria import A, D, E, Inequality, Objectives, Product
 from acalx.models import ScalarAccel
 from acalx.optimizers import NSGA2, Gradient, Scalarized
-from acalx.optimizers.pareto import nondominated
 from acalx.problem import Problem
+from acalx.search.pareto import nondominated
 from acalx.stands import TwoAxis
 
 Config.warnings["not_compiled"] = False

@@ -140,7 +140,7 @@ def test_whole_command_beside_its_imports(comparison, tmp_path):
 @pytest.mark.parametrize("criterion", ["d", "d_fair"])
 def test_memory_of_a_thousand_positions(benchmark, note, tmp_path, criterion):
     code = (
-        "import sys; from acalx.run import main; status = main();"
+        "import sys; from acalx.commands.run import main; status = main();"
         # not ru_maxrss, which begins with that of the process that started this one
         "print(next(line.split()[1] for line in open('/proc/self/status') if line.startswith('VmHWM')));"
         "sys.exit(status)"

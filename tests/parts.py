@@ -9,10 +9,10 @@ import hydra
 import numpy as np
 from omegaconf import OmegaConf
 
-from acalx.arrays import Array
 from acalx.criteria import A, Criterion, D, E, Inequality, Product, Target
 from acalx.errors import CompatibilityError
 from acalx.models import Model, Platform, PlatformAccel, PlatformGyro, ScalarAccel
+from acalx.numerics.arrays import Array
 from acalx.optimizers import DifferentialEvolution, Exchange, Gradient, Optimizer
 from acalx.problem import Problem
 from acalx.stands import PlatformGimbals, RateTable, Stand, TwoAxis
@@ -74,7 +74,7 @@ MODELS += [
 
 def fits(model: Model, stand: Stand) -> bool:
     try:
-        model.check(stand.stimulus(stand.bounds[:, 0][None, :]), stand)
+        model.check(stand.stimulus(stand.axes.bounds[:, 0][None, :]), stand)
     except CompatibilityError:
         return False
     return True

@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from acalx.arrays import Array
-from acalx.optimizers.bfgs import Minima, Objective, minimize_stack
+from acalx.numerics.arrays import Array
+from acalx.numerics.bfgs import Minima, Objective, minimize_stack
 
 FREE = np.inf
 

@@ -13,17 +13,18 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from acalx.certificate import certify
+from acalx.bounds import certify
+from acalx.bounds.relaxation import relax, sensitivity
 from acalx.criteria import A, Criterion, D, E
-from acalx.information import Information
 from acalx.models import ScalarAccel
-from acalx.optimizers import Account, Gradient
-from acalx.optimizers.descent import descend
+from acalx.numerics.supremum import cells_between, cells_of, supremum
+from acalx.optimizers import Gradient
 from acalx.problem import Problem
 from acalx.programs import published
-from acalx.relaxation import relax, sensitivity
+from acalx.quantities.information import Information
+from acalx.search.account import Account
+from acalx.search.descent import descend
 from acalx.stands import TwoAxis
-from acalx.supremum import cells_between, cells_of, supremum
 from parts import D_FAIR
 
 # published programs that are D-optimal, the last one but for the rounding of its printed angles
@@ -155,9 +156,8 @@ def test_the_sensitivity_of_a_relaxation_is_one_on_its_support():
 
 
 def test_an_interrupt_while_bounding_loses_nothing(tmp_path):
-    code = (
-        "import sys, acalx.run as run\ndef stop(*_): raise KeyboardInterrupt\nrun.certify = stop\nsys.exit(run.main())"
-    )
+    code = "import sys, acalx.commands.run as run\ndef stop(*_): raise KeyboardInterrupt\n"
+    code += "run.certify = stop\nsys.exit(run.main())"
     command = [sys.executable, "-c", code, "criterion=d", "optimizer=gradient", "figures=false", "hydra.run.dir=here"]
     outcome = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
     result = json.loads((tmp_path / "here" / "result.json").read_text())

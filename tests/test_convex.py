@@ -14,16 +14,18 @@ import numpy as np
 import pytest
 
 import parts
-from acalx.arrays import Array
-from acalx.certificate import certify
+from acalx.bounds import certify
 from acalx.criteria import A, Ceiling, Criterion, D, E, Inequality
 from acalx.errors import AcalxError, ArgumentError, CompatibilityError
-from acalx.information import Information, Parameter
 from acalx.models import ScalarAccel
-from acalx.optimizers import Convex, Gradient, Result
+from acalx.numerics.arrays import Array
+from acalx.optimizers import Convex, Gradient
 from acalx.problem import Problem
+from acalx.quantities.information import Information
+from acalx.quantities.parameter import Parameter
 from acalx.recording import RunDirectory
 from acalx.reporting.tables import weights_table
+from acalx.search.result import Result
 from acalx.stands import Stand, TwoAxis
 from acalx.testing import check_optimizer
 from command import execute
@@ -42,10 +44,10 @@ def gap_of(problem: Problem, result: Result) -> float:
     """The gap of the weights by Kiefer and Wolfowitz, over a grid of the same size anew; for D."""
     design = result.design
     assert design is not None
-    rows = problem.model.regressors(problem.stand.stimulus(design.settings))[:, 0]
+    rows = problem.response.regressors(design.settings)[:, 0]
     covariance = np.linalg.inv((rows * design.weights[:, None]).T @ rows)
-    grid = problem.stand.candidates(design.candidates, "structured", np.random.default_rng(0))[:]
-    others = problem.model.regressors(problem.stand.stimulus(grid))[:, 0]
+    grid = problem.stand.axes.candidates(design.candidates, "structured", np.random.default_rng(0))[:]
+    others = problem.response.regressors(grid)[:, 0]
     return float(np.einsum("ka,ab,kb->k", others, covariance, others).max() / 9 - 1)
 
 
@@ -119,9 +121,9 @@ def test_rounds_that_run_out_are_a_limit() -> None:
 def test_stepped_stands_are_obeyed() -> None:
     problem = parts.problem(D(), 9, parts.TABLE_15)
     result = solve(Convex(roundings=12), problem)
-    assert problem.stand.allows(result.best.settings).all()
+    assert problem.stand.axes.allows(result.best.settings).all()
     assert result.design is not None
-    assert problem.stand.allows(result.design.settings).all()
+    assert problem.stand.axes.allows(result.design.settings).all()
     assert math.exp(result.best.loss) < 0.06
 
 
@@ -286,7 +288,7 @@ def test_weights_csv(tmp_path) -> None:
 
 
 def test_weights_table_says_what_it_leaves_out() -> None:
-    settings, weights = parts.FULL.random(np.random.default_rng(0), (30,)), np.full(30, 1 / 30)
+    settings, weights = parts.FULL.axes.random(np.random.default_rng(0), (30,)), np.full(30, 1 / 30)
     lines = weights_table(parts.FULL, settings, weights).splitlines()
     assert " ".join(lines[0].split()) == "support point alpha1 deg alpha2 deg eta x eta y eta z dwell share"
     assert lines[1].endswith("3.333 %")

@@ -10,10 +10,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import parts
-from acalx.arrays import Array
 from acalx.criteria import A, Criterion, D, E, Inequality, Product
 from acalx.errors import ArgumentError
-from acalx.information import Information
+from acalx.numerics.arrays import Array
+from acalx.quantities.information import Information
 from acalx.testing import check_criterion
 
 PARAMETERS = parts.MODELS[0].parameters
@@ -23,7 +23,7 @@ SEEDS = st.integers(0, 2**32 - 1)
 def information(seed: int, stack: tuple[int, ...] = (), n: int = 18) -> Information:
     """Of random programs."""
     rng = np.random.default_rng(seed)
-    return parts.problem(n=n).information(parts.FULL.random(rng, (*stack, n)))
+    return parts.problem(n=n).information(parts.FULL.axes.random(rng, (*stack, n)))
 
 
 @pytest.mark.parametrize("criterion", parts.CRITERIA, ids=repr)
@@ -46,7 +46,7 @@ def test_values_follow_their_definitions() -> None:
 @pytest.mark.parametrize("criterion", parts.MONOTONE, ids=repr)
 @given(seed=SEEDS)
 def test_a_further_position_never_hurts(criterion: Criterion, seed: int) -> None:
-    positions = parts.FULL.random(np.random.default_rng(seed), (14,))
+    positions = parts.FULL.axes.random(np.random.default_rng(seed), (14,))
     fewer, more = (parts.problem(criterion, n=n).loss(positions[:n]) for n in (13, 14))
     assert more <= fewer + 1e-9
 
@@ -64,7 +64,7 @@ def test_d_does_not_change_when_the_program_is_turned(seed: int) -> None:
 @given(seed=SEEDS)
 def test_order_of_positions_and_half_turns_do_not_matter(criterion: Criterion, seed: int) -> None:
     rng = np.random.default_rng(seed)
-    positions = parts.FULL.random(rng, (12,))
+    positions = parts.FULL.axes.random(rng, (12,))
     same = rng.permutation(positions)
     same[:5] = np.stack([math.pi - same[:5, 0], same[:5, 1] + math.pi], axis=-1)
     before, after = (parts.problem(criterion, n=12).loss(x) for x in (positions, same))
@@ -74,7 +74,7 @@ def test_order_of_positions_and_half_turns_do_not_matter(criterion: Criterion, s
 @pytest.mark.parametrize("criterion", parts.CRITERIA, ids=repr)
 def test_stack_on_two_levels(criterion: Criterion) -> None:
     problem = parts.problem(criterion, n=13)
-    programs = problem.random(np.random.default_rng(5), 24).reshape(4, 6, 13, 2)
+    programs = problem.restrictions.random(np.random.default_rng(5), 24).reshape(4, 6, 13, 2)
     loss, gradient = problem.loss_and_gradient(programs)
     for index in np.ndindex(4, 6):
         one, slope = problem.loss_and_gradient(programs[index])
@@ -133,7 +133,7 @@ def test_default_gradient_is_right_whatever_the_scales(seed: int) -> None:
 def test_default_gradient_is_finite_next_to_singular_matrices() -> None:
     stand = parts.TwoAxis(alpha1_deg=(0, 10), alpha2_deg=(0, 10))
     problem = parts.problem(OnlyLoss(), n=12, stand=stand)
-    programs = problem.random(np.random.default_rng(0), 300)
+    programs = problem.restrictions.random(np.random.default_rng(0), 300)
     loss, gradient = problem.loss_and_gradient(programs)
     assert 50 < np.isinf(loss).sum() < 250
     assert np.isfinite(gradient).all()

@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 import parts
-from acalx.arrays import Array
 from acalx.errors import ArgumentError, DataError
 from acalx.estimation import (
     Bisquare,
@@ -33,8 +32,9 @@ from acalx.estimation import (
 )
 from acalx.estimation.sphere import fit_sphere
 from acalx.models import ScalarAccel
+from acalx.numerics.arrays import Array
 from acalx.programs import find_program
-from acalx.stimulus import Stimulus
+from acalx.quantities.stimulus import Stimulus
 from measured import FERRARIS, METERS, XSENS, XSENS_COUNTS, XSENS_RAW, needs_measured
 
 MODEL, SIX = ScalarAccel(), ScalarAccel(groups=("bias", "scale"))

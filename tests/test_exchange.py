@@ -9,14 +9,16 @@ import pytest
 
 from acalx.criteria import A, D, E
 from acalx.errors import ArgumentError
-from acalx.exchanged import Exchanged
-from acalx.information import Information, Parameter
 from acalx.models import ScalarAccel
-from acalx.optimizers import Account, Exchange
-from acalx.optimizers.descent import descend
-from acalx.optimizers.starts import regular_starts
-from acalx.optimizers.swaps import candidates_of, descend_swaps, nearest
+from acalx.optimizers import Exchange
 from acalx.problem import Problem
+from acalx.quantities.exchanged import Exchanged
+from acalx.quantities.information import Information
+from acalx.quantities.parameter import Parameter
+from acalx.search.account import Account
+from acalx.search.descent import descend
+from acalx.search.starts import regular_starts
+from acalx.search.swaps import candidates_of, descend_swaps, nearest
 from acalx.stands import TwoAxis
 from parts import CRITERIA, D_FAIR
 
@@ -78,7 +80,7 @@ def test_fine_steps_come_within_their_square_of_no_steps():
     for step in (0.1, 1.0):
         bound = problem(n=12, step_deg=step)
         result = Exchange(chains=1, patience=1, starts=8).solve(bound, np.random.default_rng(0))
-        assert bound.stand.allows(result.best.settings).all()
+        assert bound.stand.axes.allows(result.best.settings).all()
         assert result.best.loss <= best + 5 * math.radians(step) ** 2
 
 
@@ -95,12 +97,12 @@ def test_no_exchange_of_one_position_is_better():
 
 def test_rounding_takes_the_nearest_stop():
     bound = problem(step_deg=10, alpha1_deg=(-90, 90), alpha2_deg=(0, 340))
-    programs = TwoAxis(alpha1_deg=(-90, 90), alpha2_deg=(0, 340)).random(np.random.default_rng(0), (3, 9))
+    programs = TwoAxis(alpha1_deg=(-90, 90), alpha2_deg=(0, 340)).axes.random(np.random.default_rng(0), (3, 9))
     stops = nearest(bound, programs, None)
-    assert bound.stand.allows(stops).all()
+    assert bound.stand.axes.allows(stops).all()
     assert np.abs(np.degrees(stops - programs)).max() <= 5 + 1e-9
     every = candidates_of(bound, 1)
-    assert bound.stand.allows(nearest(bound, programs, every)).all()
+    assert bound.stand.axes.allows(nearest(bound, programs, every)).all()
 
 
 @pytest.mark.parametrize("name", ["chains", "agree", "starts", "elite", "copies", "patience", "candidates"])

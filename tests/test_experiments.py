@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from acalx.metrics import figures_of_merit
 from acalx.models import ScalarAccel
+from acalx.planning.metrics import figures_of_merit
 from acalx.programs import read_program
 from acalx.stands import TwoAxis
 from command import Outcome, execute

@@ -13,15 +13,17 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import parts
-from acalx.arrays import Array
 from acalx.criteria import A, Criterion, D, E, Inequality, Objectives, Product
 from acalx.errors import ArgumentError, CompatibilityError
-from acalx.optimizers import NSGA2, Account, DifferentialEvolution, Gradient, Optimizer, Result, Scalarized
-from acalx.optimizers.front import lattice
-from acalx.optimizers.goals import Aims, Runs
-from acalx.optimizers.pareto import knee, nondominated, normalized, spread
+from acalx.numerics.arrays import Array
+from acalx.optimizers import NSGA2, DifferentialEvolution, Gradient, Optimizer, Scalarized
 from acalx.problem import Problem
 from acalx.reporting.front_figure import draw_front
+from acalx.search.account import Account
+from acalx.search.front import lattice
+from acalx.search.goals import Aims, Runs
+from acalx.search.pareto import knee, nondominated, normalized, spread
+from acalx.search.result import Result
 from acalx.stands import Stand, TwoAxis
 from acalx.testing import check_optimizer
 from command import Outcome, assert_refused, evaluate, run, together
@@ -51,7 +53,7 @@ def best_alone(single: Problem) -> float:
 
 
 def losses_of(result: Result) -> Array:
-    return np.array([point.losses for point in result.front])
+    return np.array([point.losses for point in result.points])
 
 
 # --- fronts ---
@@ -78,7 +80,7 @@ def test_front_has_all_its_points_and_the_ends_of_one_objective_alone(
     for k, single in enumerate(asked.singles):
         assert losses[:, k].min() <= best_alone(single) + 2e-6
     assert np.abs(np.diff(normalized(losses), axis=0)).max() < 0.06  # well spread
-    np.testing.assert_allclose(asked.losses(np.array([p.settings for p in result.front])), losses, atol=1e-9)
+    np.testing.assert_allclose(asked.losses(np.array([p.settings for p in result.points])), losses, atol=1e-9)
 
 
 def test_known_ends_at_nine_positions() -> None:
@@ -118,8 +120,8 @@ def test_objectives_that_agree_have_one_best_program() -> None:
     result = solve(Scalarized(), problem("d", "inequality"))
     assert len(result.front) == 1
     assert "one program is best in all" in result.message
-    assert math.exp(result.front[0].losses[0]) == pytest.approx(0.0489315, rel=1e-5)
-    assert result.front[0].losses[1] == pytest.approx(math.log(5e-4), abs=1e-5)
+    assert math.exp(result.points[0].losses[0]) == pytest.approx(0.0489315, rel=1e-5)
+    assert result.points[0].losses[1] == pytest.approx(math.log(5e-4), abs=1e-5)
 
 
 def test_three_objectives() -> None:
@@ -135,7 +137,7 @@ def test_three_objectives() -> None:
 @pytest.mark.parametrize("stand", [parts.FULL, parts.PATCH, TwoAxis(step_deg=30)], ids=repr)
 @pytest.mark.parametrize("optimizer", [Scalarized(points=8, seeds=3), QUICK], ids=["scalarized", "nsga2"])
 def test_contract(optimizer: Optimizer, stand: Stand) -> None:
-    if stand.stepped and isinstance(optimizer, Scalarized):
+    if stand.axes.stepped and isinstance(optimizer, Scalarized):
         with pytest.raises(CompatibilityError, match=r"Scalarized moves angles continuously.*use optimizer=nsga2"):
             solve(optimizer, problem("d", "a", stand=stand))
     else:
@@ -163,7 +165,7 @@ def test_evolution_alone_finds_better_programs_with_time() -> None:
 @both
 def test_another_seed_gives_another_front(optimizer: Optimizer) -> None:
     one, other = (solve(optimizer, problem("d", "a"), seed) for seed in (0, 1))
-    assert one.front[25].settings.tobytes() != other.front[25].settings.tobytes()
+    assert one.points[25].settings.tobytes() != other.points[25].settings.tobytes()
     assert losses_of(one).min(axis=0) == pytest.approx(losses_of(other).min(axis=0), abs=2e-6)
 
 
@@ -185,7 +187,7 @@ def test_interrupt_leaves_the_front_so_far(optimizer: Optimizer, calls: int) -> 
     assert "best front so far" in result.message
     losses = losses_of(result)
     assert len(nondominated(losses)) == len(losses) > 0
-    assert asked.losses(result.best.settings) == pytest.approx(result.front[result.knee or 0].losses, abs=1e-9)
+    assert asked.losses(result.best.settings) == pytest.approx(result.points[result.knee or 0].losses, abs=1e-9)
 
 
 # --- goals ---
@@ -195,7 +197,7 @@ def test_goals_are_met_where_the_front_crosses_their_ray() -> None:
     asked = problem("d", "a", n=10)
     targets = np.array([[-4.0, 1.8], [-4.0, 1.9], [-3.9, 1.8]])
     aims = Aims(np.full((3, 2), 1e-4), targets, np.array([1.0, 2.0]), 0.05)
-    starts = asked.random(np.random.default_rng(0), 3)
+    starts = asked.restrictions.random(np.random.default_rng(0), 3)
     runs = Runs(asked, aims, Account(), starts).descend(1e-6, 1000)
     excess = (runs.losses - targets) / (1.0, 2.0)
     on_ray = np.abs(excess[:, 0] - excess[:, 1]) < 0.002
@@ -266,7 +268,7 @@ def test_optimizers_of_several_refuse_one(optimizer: Optimizer) -> None:
 
 def test_objectives_have_no_single_loss() -> None:
     asked = problem("d", "a")
-    programs = asked.random(np.random.default_rng(0), 3)
+    programs = asked.restrictions.random(np.random.default_rng(0), 3)
     assert asked.losses(programs).shape == (3, 2)
     for refused in (asked.loss, asked.loss_and_gradient):
         with pytest.raises(CompatibilityError, match="the objectives d, a have no single loss"):

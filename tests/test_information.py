@@ -7,7 +7,8 @@ from hypothesis import strategies as st
 
 import parts
 from acalx.errors import ArgumentError
-from acalx.information import Information, Parameter, parameter_groups
+from acalx.quantities.information import Information
+from acalx.quantities.parameter import Parameter, parameter_groups
 
 PARAMETERS = parts.MODELS[0].parameters
 SEEDS = st.integers(0, 2**32 - 1)
@@ -18,7 +19,7 @@ def of(directions: object) -> Information:
 
 
 def random(seed: int, stack: tuple[int, ...] = (), n: int = 12) -> Information:
-    return parts.problem(n=n).information(parts.FULL.random(np.random.default_rng(seed), (*stack, n)))
+    return parts.problem(n=n).information(parts.FULL.axes.random(np.random.default_rng(seed), (*stack, n)))
 
 
 @given(seed=SEEDS, stack=st.sampled_from([(), (4,), (40,), (2, 20)]))
@@ -62,7 +63,7 @@ def test_positions_around_an_axis_hide_what_is_along_it() -> None:
 
 def test_combinations_are_named_as_sums() -> None:
     # positions on two circles x = +1/2 and x = -1/2: x^2 is 1/4 and y^2 + z^2 is 3/4 everywhere
-    positions = parts.FULL.random(np.random.default_rng(1), (14,))
+    positions = parts.FULL.axes.random(np.random.default_rng(1), (14,))
     positions[:, 0] = np.radians(30.0) * np.where(np.arange(14) % 2, 1.0, -1.0)
     assert parts.problem(n=14).information(positions).inestimable() == ["scale_x - 0.3333 scale_y - 0.3333 scale_z"]
 
@@ -80,7 +81,7 @@ def test_what_can_not_be_estimated_changes_no_measurement(seed: int, rank: int) 
 def test_singular_and_inestimable_are_the_same_verdict(limit: float) -> None:
     stand = parts.TwoAxis(alpha1_deg=(0, limit), alpha2_deg=(0, limit))
     problem = parts.problem(n=12, stand=stand)
-    stack = problem.information(problem.random(np.random.default_rng(0), 200))
+    stack = problem.information(problem.restrictions.random(np.random.default_rng(0), 200))
     for matrix, singular in zip(stack.matrix, stack.singular, strict=True):
         one = Information(matrix, PARAMETERS)
         assert bool(one.singular) == bool(singular)

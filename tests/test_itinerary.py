@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 import parts
-from acalx.arrays import Array
 from acalx.errors import ArgumentError
-from acalx.itinerary import ORDERS, Itinerary, itinerary
+from acalx.numerics.arrays import Array
+from acalx.numerics.routes import exact_route, searched_route
+from acalx.planning.itinerary import ORDERS, Itinerary, itinerary
 from acalx.programs import find_program
-from acalx.routes import exact_route, searched_route
 from acalx.stands import RateTable, Stand, TwoAxis
 from command import Outcome, assert_refused, run, together
 
@@ -71,21 +71,21 @@ def test_the_search_finds_the_shortest_where_that_is_known(n: int, ways: int) ->
 @pytest.mark.parametrize("stand", STANDS, ids=repr)
 @pytest.mark.parametrize("order", ORDERS)
 def test_an_order_keeps_what_is_felt(stand: Stand, order: str) -> None:
-    settings = stand.random(np.random.default_rng(0), (13,))
+    settings = stand.axes.random(np.random.default_rng(0), (13,))
     visit = itinerary(stand, settings, order, np.random.default_rng(0), held=2)
     np.testing.assert_array_equal(visit.settings[:2], settings[:2])
     np.testing.assert_allclose(stimuli(stand, visit.settings), stimuli(stand, settings), atol=1e-9)
-    assert stand.allows(visit.settings).all()
+    assert stand.axes.allows(visit.settings).all()
     if order == "shortest":
         assert visit.seconds <= itinerary(stand, settings, "given", np.random.default_rng(0)).seconds
 
 
 @pytest.mark.parametrize("stand", STANDS, ids=repr)
 def test_equivalent_settings_are_allowed_and_the_same(stand: Stand) -> None:
-    settings = stand.random(np.random.default_rng(1), (50,))
+    settings = stand.axes.random(np.random.default_rng(1), (50,))
     ways = stand.equivalents(settings)
     np.testing.assert_array_equal(ways[0], settings)
-    assert stand.allows(ways).all()
+    assert stand.axes.allows(ways).all()
     for name, felt in stand.stimulus(ways).quantities():
         expected = getattr(stand.stimulus(settings), name)
         np.testing.assert_allclose(felt, np.broadcast_to(expected, felt.shape), atol=1e-12)
@@ -123,7 +123,7 @@ def test_bad_speeds_are_refused(speed: object) -> None:
 
 
 def test_too_many_positions_are_refused() -> None:
-    settings = parts.FULL.random(np.random.default_rng(0), (501,))
+    settings = parts.FULL.axes.random(np.random.default_rng(0), (501,))
     with pytest.raises(ArgumentError, match="501 positions are too many"):
         itinerary(parts.FULL, settings, "shortest", np.random.default_rng(0))
 

@@ -445,7 +445,7 @@ def test_public_names_are_what_they_say():
     import types
 
     import acalx
-    import acalx.programs
+    import acalx.programs.program
 
     for name in acalx.__all__:
         assert not isinstance(getattr(acalx, name), types.ModuleType)

@@ -6,10 +6,8 @@ import numpy as np
 import pytest
 
 import parts
-from acalx.arrays import Array
-from acalx.certificate import certify
+from acalx.bounds import certify
 from acalx.errors import ArgumentError, CompatibilityError
-from acalx.information import Parameter
 from acalx.models import (
     GyroRateTable,
     Joined,
@@ -21,10 +19,12 @@ from acalx.models import (
     ScalarAccelQuadratic,
     VectorAccel,
 )
+from acalx.numerics.arrays import Array
 from acalx.optimizers import Gradient
 from acalx.problem import Problem
+from acalx.quantities.parameter import Parameter
+from acalx.quantities.stimulus import Stimulus
 from acalx.stands import RateTable
-from acalx.stimulus import Stimulus
 from acalx.testing import check_model
 
 STANDS = [*parts.STANDS, *parts.FURTHER_STANDS]
@@ -59,7 +59,7 @@ def test_regressors_of_the_triad() -> None:
 @pytest.mark.parametrize("residual", ["oriented", "magnitude"])
 def test_regressors_are_the_derivative_of_both_residuals(residual: str) -> None:
     model = ScalarAccel()
-    stimulus = parts.FULL.stimulus(parts.FULL.random(np.random.default_rng(2), (20,)))
+    stimulus = parts.FULL.stimulus(parts.FULL.axes.random(np.random.default_rng(2), (20,)))
     unit = 1e-6 * np.eye(9)
 
     def j(parameters: Array) -> Array:
@@ -74,7 +74,7 @@ def test_regressors_are_the_derivative_of_both_residuals(residual: str) -> None:
 
 
 def test_perfect_triad_reads_the_vertical() -> None:
-    stimulus = parts.FULL.stimulus(parts.FULL.random(np.random.default_rng(3), (7,)))
+    stimulus = parts.FULL.stimulus(parts.FULL.axes.random(np.random.default_rng(3), (7,)))
     model = ScalarAccel()
     measurement = model.measurement(np.zeros(9), stimulus)
     np.testing.assert_allclose(measurement, stimulus.specific_force, atol=1e-15)
@@ -117,7 +117,7 @@ def test_default_derivative_of_several_outputs() -> None:
 
 
 def test_the_plain_triad_is_part_of_the_quadratic_one() -> None:
-    stimulus = parts.FULL.stimulus(parts.FULL.random(np.random.default_rng(5), (30,)))
+    stimulus = parts.FULL.stimulus(parts.FULL.axes.random(np.random.default_rng(5), (30,)))
     rows = ScalarAccelQuadratic().regressors(stimulus)
     np.testing.assert_allclose(rows[..., :9], ScalarAccel().regressors(stimulus), rtol=1e-15)
     np.testing.assert_allclose(rows[:, 0, 9:], stimulus.specific_force**3, rtol=1e-12)
@@ -134,7 +134,7 @@ def test_gyro_on_a_table_reads_in_degrees_per_second() -> None:
 
 def test_a_gyro_at_one_rate_alone_can_not_tell_scale_from_g_sensitivity() -> None:
     for rates, unseen in (((40.0, 40.0), 9), ((-40.0, 40.0), 0)):
-        angles = RateTable().random(np.random.default_rng(0), (40,))
+        angles = RateTable().axes.random(np.random.default_rng(0), (40,))
         angles[:, 2] = np.radians(np.resize(rates, 40))
         information = GyroRateTable().information(RateTable().stimulus(angles))
         assert len(information.inestimable()) == unseen
@@ -191,7 +191,7 @@ def test_bad_options(make: Callable[[], Model], message: str) -> None:
 def test_magnitude_at_is_zero_at_the_truth_and_its_rows_are_the_derivative(groups: tuple[str, ...]) -> None:
     model, rng = ScalarAccel(groups), np.random.default_rng(5)
     truth = 0.05 * rng.standard_normal((4, len(model.parameters)))
-    stimulus = parts.FULL.stimulus(parts.FULL.random(rng, (4, 20)))
+    stimulus = parts.FULL.stimulus(parts.FULL.axes.random(rng, (4, 20)))
     measurement = model.measurement(truth, stimulus)
     np.testing.assert_allclose(model.magnitude_at(truth, measurement)[0], 0.0, atol=1e-14)
     at = truth + 0.02

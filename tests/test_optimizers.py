@@ -15,14 +15,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import parts
-from acalx.arrays import Array
 from acalx.criteria import A, Criterion, D, E
 from acalx.errors import AcalxError, ArgumentError, CompatibilityError
-from acalx.information import Information
-from acalx.optimizers import Account, DifferentialEvolution, Gradient, Optimizer, Result
-from acalx.optimizers.agreement import distinct_solutions, judge
-from acalx.optimizers.descent import descend
+from acalx.numerics.arrays import Array
+from acalx.optimizers import DifferentialEvolution, Gradient, Optimizer
 from acalx.problem import Problem
+from acalx.quantities.information import Information
+from acalx.search.account import Account
+from acalx.search.agreement import distinct_solutions, judge
+from acalx.search.descent import descend
+from acalx.search.result import Result
 from acalx.stands import Stand, TwoAxis
 from acalx.testing import check_optimizer
 
@@ -90,7 +92,7 @@ def test_published_symmetric_programs() -> None:
 
 @given(st.integers(0, 2**32 - 1), st.integers(9, 40))
 def test_no_program_is_better_than_the_bound(seed: int, n: int) -> None:
-    loss = parts.problem(n=n).loss(parts.FULL.random(np.random.default_rng(seed), (n,)))
+    loss = parts.problem(n=n).loss(parts.FULL.axes.random(np.random.default_rng(seed), (n,)))
     assert loss >= math.log(bound(n)) - 1e-9
 
 
@@ -121,7 +123,7 @@ def test_fair_compromise_costs_nothing_at_nine_positions(optimizer: Optimizer, s
 
 @cache
 def best_of_200(problem: Problem) -> float:
-    starts = problem.random(np.random.default_rng(77), 200)
+    starts = problem.restrictions.random(np.random.default_rng(77), 200)
     return float(descend(problem, starts, account=Account()).loss.min())
 
 
@@ -140,7 +142,7 @@ def test_limited_stands(optimizer: Optimizer, criterion: Criterion, n: int, stan
     problem = parts.problem(criterion, n, stand)
     result = solve(optimizer, problem)
     assert result.best.loss <= best_of_200(problem) + 1e-4
-    assert stand.allows(result.best.settings).all()
+    assert stand.axes.allows(result.best.settings).all()
 
 
 @both
@@ -156,19 +158,19 @@ def test_limits_can_only_hurt(optimizer: Optimizer) -> None:
 @pytest.mark.parametrize("stand", [parts.FULL, parts.PATCH], ids=repr)
 def test_descent_never_ends_above_its_start_or_outside(criterion: Criterion, stand: Stand) -> None:
     problem = parts.problem(criterion, 10, stand)
-    starts = problem.random(np.random.default_rng(0), 6)
+    starts = problem.restrictions.random(np.random.default_rng(0), 6)
     account = Account()
     ends = descend(problem, starts, account=account)
     assert (ends.loss <= problem.loss(starts)).all()
     np.testing.assert_allclose(problem.loss(ends.settings), ends.loss, atol=1e-9)
-    assert stand.allows(ends.settings).all()
+    assert stand.axes.allows(ends.settings).all()
     assert account.best is not None
     assert account.best.loss == pytest.approx(ends.loss.min(), abs=1e-9)
 
 
 def test_smooth_minima_have_no_slope_left() -> None:
     problem = parts.problem(A(), 11)
-    ends = descend(problem, problem.random(np.random.default_rng(0), 8), account=Account())
+    ends = descend(problem, problem.restrictions.random(np.random.default_rng(0), 8), account=Account())
     assert ends.converged.all()
     assert np.abs(problem.loss_and_gradient(ends.settings)[1]).max() < 1e-4
 
@@ -213,7 +215,7 @@ class LogDet(Criterion):
 @both
 def test_criterion_with_a_loss_only(optimizer: Optimizer) -> None:
     problem = parts.problem(LogDet())
-    programs = problem.random(np.random.default_rng(0), 5)
+    programs = problem.restrictions.random(np.random.default_rng(0), 5)
     exact, numerical = (p.loss_and_gradient(programs)[1] for p in (parts.problem(), problem))
     np.testing.assert_allclose(numerical, exact, atol=1e-6 * np.abs(exact).max())
     assert math.exp(solve(optimizer, problem).best.loss) <= 0.04893153
@@ -250,7 +252,7 @@ def test_interrupt_leaves_the_best_so_far(optimizer: Optimizer, calls: int, crit
     assert "interrupted after" in result.message
     assert result.best.loss == min(best)
     assert problem.loss(result.best.settings) == pytest.approx(result.best.loss, abs=1e-9)
-    assert problem.stand.allows(result.best.settings).all()
+    assert problem.stand.axes.allows(result.best.settings).all()
     assert result.best.loss > solve(optimizer, problem).best.loss
 
 
@@ -318,7 +320,7 @@ def test_solutions_are_distinct_sets_of_positions_and_equally_good() -> None:
     rng = np.random.default_rng(0)
     icosahedron = parts.program(parts.icosahedron())
     turned = parts.program(parts.icosahedron() @ np.linalg.qr(rng.standard_normal((3, 3)))[0])
-    worse = problem.random(rng, 1)[0]
+    worse = problem.restrictions.random(rng, 1)[0]
     programs = [worse, icosahedron, rng.permutation(icosahedron) + 2 * math.pi, turned]
     kept = distinct_solutions(problem, programs, [float(problem.loss(p)) for p in programs], 1e-6)
     assert len(kept) == 2
@@ -360,7 +362,7 @@ def test_a_thousand_positions_take_little_memory() -> None:
     _, loss, kilobytes = child("gradient", "1000")
     assert int(kilobytes) < 2**20
     problem = parts.problem(n=1000, stand=parts.BAND)
-    assert float(loss) < problem.loss(problem.random(np.random.default_rng(0), 50)).min() - 0.5
+    assert float(loss) < problem.loss(problem.restrictions.random(np.random.default_rng(0), 50)).min() - 0.5
     full = solve(GRADIENT, parts.problem(D(), 1000))
     assert math.log(bound(1000)) - 1e-9 <= full.best.loss <= math.log(bound(1000)) + 1e-6
 

@@ -9,7 +9,7 @@ from acalx.criteria import A, D, E
 from acalx.errors import CompatibilityError
 from acalx.models import ScalarAccel
 from acalx.optimizers import Gradient
-from acalx.orientation import _Rotations, orient
+from acalx.planning.orientation import _Rotations, orient
 from acalx.problem import Problem
 from acalx.stands import TwoAxis
 from command import run
@@ -65,7 +65,7 @@ def test_what_can_not_be_rotated_is_refused():
 def test_limits_of_the_stand_are_obeyed():
     problem, solutions = best(D(), alpha1_deg=(-90, 80))
     turned = orient(problem, solutions, A(), np.random.default_rng(0))
-    assert problem.stand.allows(turned.solution.settings, tolerance=1e-6).all()
+    assert problem.stand.axes.allows(turned.solution.settings, tolerance=1e-6).all()
     assert turned.after <= turned.before
 
 

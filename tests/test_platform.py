@@ -10,16 +10,16 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from acalx.arrays import Array
-from acalx.certificate import certify
+from acalx.bounds import certify
 from acalx.criteria import D
 from acalx.errors import AcalxError, ArgumentError, CompatibilityError
-from acalx.information import Information
-from acalx.metrics import best_published, figures_of_merit
 from acalx.models import GyroRateTable, Joined, Model, Platform, PlatformAccel, PlatformGyro, ScalarAccel
+from acalx.numerics.arrays import Array
 from acalx.optimizers import Gradient
+from acalx.planning.metrics import best_published, figures_of_merit
 from acalx.problem import Problem
 from acalx.programs import find_program
+from acalx.quantities.information import Information
 from acalx.stands import PlatformGimbals, RateTable, TwoAxis
 
 EAST, NORTH = PlatformGimbals(), PlatformGimbals(azimuth_deg=0)

@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 import parts
 from acalx.criteria import Criterion, D
 from acalx.errors import ArgumentError, PluginError
-from acalx.information import Information
 from acalx.optimizers import Optimizer
 from acalx.problem import Problem
+from acalx.quantities.information import Information
 from acalx.stands import Setting, Stand, TwoAxis
 
 SEEDS = st.integers(0, 2**32 - 1)
@@ -48,7 +48,7 @@ def test_numpy_integers_are_whole_numbers() -> None:
 
 def exact_gradient_error(problem: Problem, seed: int) -> float:
     """Largest error of the gradient with respect to the settings, relative to the largest entry."""
-    settings = problem.random(np.random.default_rng(seed), 1)[0]
+    settings = problem.restrictions.random(np.random.default_rng(seed), 1)[0]
     _, gradient = problem.loss_and_gradient(settings)
     moves = 1e-4 * np.eye(settings.size).reshape(-1, *settings.shape)
     steps = {h: problem.loss(settings + h * moves) - problem.loss(settings - h * moves) for h in (1, 2)}
@@ -60,9 +60,13 @@ def exact_gradient_error(problem: Problem, seed: int) -> float:
 @pytest.mark.parametrize("criterion", parts.CRITERIA, ids=repr)
 def test_gradient_with_respect_to_the_settings(criterion: Criterion, stand: Stand) -> None:
     problem = parts.problem(criterion, 12, stand)
-    if stand.stepped:  # the gradient does not know of steps
+    if stand.axes.stepped:  # the gradient does not know of steps
         settings = tuple(Setting(s.name, s.lower, s.upper, None, s.periodic) for s in stand.settings)
-        assert problem.loss_and_gradient(problem.random(np.random.default_rng(0), 1))[1].shape == (1, 12, len(settings))
+        assert problem.loss_and_gradient(problem.restrictions.random(np.random.default_rng(0), 1))[1].shape == (
+            1,
+            12,
+            len(settings),
+        )
     else:
         assert exact_gradient_error(problem, 1) < 1e-6
 
@@ -87,8 +91,8 @@ def test_gradient_of_a_stand_with_a_numerical_derivative() -> None:
 @pytest.mark.parametrize("count", [1, 5, 700])
 def test_loss_of_a_population_is_that_of_its_members(count: int) -> None:
     problem = parts.problem(n=30)
-    programs = problem.random(np.random.default_rng(1), count)
-    assert (count > problem.chunk) == (count == 700)
+    programs = problem.restrictions.random(np.random.default_rng(1), count)
+    assert (count > problem.response.chunk(problem.n)) == (count == 700)
     each = [float(problem.loss(program)) for program in programs]
     np.testing.assert_allclose(problem.loss(programs), each, atol=1e-9)
 
@@ -97,13 +101,13 @@ def test_loss_of_a_population_is_that_of_its_members(count: int) -> None:
 def test_canonical_program_is_the_same_program(seed: int) -> None:
     rng = np.random.default_rng(seed)
     problem = parts.problem(n=10)
-    settings = problem.random(rng, 1)[0]
+    settings = problem.restrictions.random(rng, 1)[0]
     moved = rng.permutation(settings) + 2 * math.pi * rng.integers(-2, 3, (10, 2))
-    canonical = problem.canonical(moved)
-    np.testing.assert_allclose(canonical, problem.canonical(settings), atol=1e-9)
-    np.testing.assert_array_equal(problem.canonical(canonical), canonical)
+    canonical = problem.restrictions.canonical(moved)
+    np.testing.assert_allclose(canonical, problem.restrictions.canonical(settings), atol=1e-9)
+    np.testing.assert_array_equal(problem.restrictions.canonical(canonical), canonical)
     assert (np.diff(canonical[:, 0]) > -1e-7).all()
-    assert problem.stand.allows(canonical).all()
+    assert problem.stand.axes.allows(canonical).all()
 
 
 def test_singular_programs_have_an_infinite_loss_and_no_gradient() -> None:
@@ -155,7 +159,7 @@ def test_mistakes_of_a_plugin_are_told_plainly(optimizer: Optimizer, kind: str) 
     mistake, message = MISTAKES[kind]
     problem = parts.problem(Broken(mistake))
     with pytest.raises(PluginError, match=message):
-        problem.loss(problem.random(np.random.default_rng(0), 4))
+        problem.loss(problem.restrictions.random(np.random.default_rng(0), 4))
     with pytest.raises(PluginError, match=r"Broken\.loss"):
         optimizer.solve(problem, np.random.default_rng(0))
 
@@ -167,10 +171,10 @@ def test_mistake_in_a_gradient() -> None:
 
     problem = parts.problem(Steep(lambda at: -at.log_det))
     with pytest.raises(PluginError, match=r"Steep.gradient returned shape \(3,\)"):
-        problem.loss_and_gradient(problem.random(np.random.default_rng(0), 4))
+        problem.loss_and_gradient(problem.restrictions.random(np.random.default_rng(0), 4))
 
 
 def test_errors_of_acalx_pass_through_a_plugin() -> None:
     problem = parts.problem(Broken(lambda at: at.theta("drift")))
     with pytest.raises(ArgumentError, match="no parameter group 'drift'"):
-        problem.loss(problem.random(np.random.default_rng(0), 4))
+        problem.loss(problem.restrictions.random(np.random.default_rng(0), 4))

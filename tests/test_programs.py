@@ -9,11 +9,11 @@ import pytest
 
 from acalx import programs
 from acalx.errors import AcalxError, CompatibilityError, ProgramError
-from acalx.information import Information
 from acalx.models import Platform, ScalarAccel
 from acalx.programs import Program, find_program, published, read_program
+from acalx.quantities.information import Information
+from acalx.quantities.stimulus import Stimulus
 from acalx.stands import PlatformGimbals, Setting, Stand, TwoAxis
-from acalx.stimulus import Stimulus
 
 # of an accelerometer triad, and of a platform
 PLATFORM_NAMES = tuple(name for name in published() if name.startswith("platform_"))
@@ -131,7 +131,7 @@ def test_the_stand_reaches_every_published_program(name):
     program, stand = find_program(name), TwoAxis()
     settings = program.settings_for(stand)
     assert settings.shape == (program.n, 2)
-    assert stand.allows(settings).all()
+    assert stand.axes.allows(settings).all()
     np.testing.assert_allclose(stand.stimulus(settings).specific_force, vertical_of(program), atol=1e-15)
 
 
@@ -143,7 +143,7 @@ def test_the_gimbals_reach_every_program_of_a_platform(name):
     assert program.source
     settings = program.settings_for(stand)
     assert settings.shape == (16, 2) == (program.n, 2)
-    assert stand.allows(settings).all()
+    assert stand.axes.allows(settings).all()
     unseen = Platform().information(stand.stimulus(settings)).inestimable()
     assert len(unseen) == (3 if name == "platform_grid_16" else 0)
     with pytest.raises(CompatibilityError, match="gives gamma_deg, alpha_deg, but stand TwoAxis needs"):

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from acalx.errors import ArgumentError
-from acalx.optimizers import Solution
 from acalx.programs import read_program
+from acalx.quantities.units import DEGREE
 from acalx.recording import RunDirectory
-from acalx.units import DEGREE
+from acalx.search.result import Solution
 from parts import FULL
 
 
@@ -64,7 +64,7 @@ def test_a_file_in_the_way_is_refused(tmp_path):
 
 
 def test_a_program_is_read_again_as_it_was_written(tmp_path):
-    settings = FULL.random(np.random.default_rng(0), (30,))
+    settings = FULL.axes.random(np.random.default_rng(0), (30,))
     RunDirectory(tmp_path, []).write_program(FULL, settings)
     again = read_program(tmp_path / "program.csv").settings_for(FULL)
     np.testing.assert_allclose(again, settings, rtol=0, atol=2e-14)

@@ -6,12 +6,14 @@ import xml.etree.ElementTree as ElementTree
 import numpy as np
 import pytest
 
-from acalx.metrics import best_published, figures_of_merit
-from acalx.optimizers import Account, Gradient, Solution
+from acalx.optimizers import Gradient
+from acalx.planning.metrics import best_published, figures_of_merit
 from acalx.programs import published
 from acalx.reporting.figures import draw_convergence, draw_entries, draw_positions
 from acalx.reporting.progress import Progress
 from acalx.reporting.tables import align, figures_table, markdown, program_table
+from acalx.search.account import Account
+from acalx.search.result import Solution
 from acalx.stands import TwoAxis
 from parts import BAND, EDGES, FACES, FULL, problem, program
 

@@ -437,7 +437,7 @@ def test_simultaneous_runs_never_share_a_directory(tmp_path):
 HEAVY = ("cvxpy", "pymoo", "matplotlib", "scipy.optimize")
 IMPORTS = f"""
 import sys
-from acalx.run import main
+from acalx.commands.run import main
 status = main()
 print("heavy:", *[name for name in {HEAVY} if name in sys.modules])
 sys.exit(status)

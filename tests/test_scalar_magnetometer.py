@@ -3,15 +3,15 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from acalx.certificate import certify
+from acalx.bounds import certify
 from acalx.criteria import D
 from acalx.errors import CompatibilityError
 from acalx.models import ScalarAccel
 from acalx.models.scalar_magnetometer import ScalarMagnetometer
 from acalx.optimizers import Gradient
 from acalx.problem import Problem
+from acalx.quantities.stimulus import Stimulus
 from acalx.stands import TwoAxis
-from acalx.stimulus import Stimulus
 
 
 def test_it_sees_the_field_as_an_accelerometer_sees_the_vertical() -> None:
@@ -33,7 +33,7 @@ def test_twelve_positions_are_proved_optimal_wherever_the_field_is() -> None:
 
 def test_a_field_along_the_first_axis_is_not_seen_whole() -> None:
     stand = TwoAxis(dip_deg=0, field_azimuth_deg=90)
-    information = ScalarMagnetometer().information(stand.stimulus(stand.random(np.random.default_rng(0), (50,))))
+    information = ScalarMagnetometer().information(stand.stimulus(stand.axes.random(np.random.default_rng(0), (50,))))
     assert "bias_x" in " ".join(information.inestimable())
 
 

@@ -8,18 +8,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from acalx.certificate import certify
+from acalx.bounds import certify
 from acalx.criteria import A, D, Inequality, Objectives, Target
 from acalx.errors import AcalxError, ArgumentError, CompatibilityError, NoProgramError
-from acalx.information import Information
 from acalx.models import Joined, Platform, PlatformGyro, ScalarAccel, VectorAccel
-from acalx.optimizers import Gradient, Traversal
-from acalx.optimizers.base import Account, Optimizer, Result, Solution
+from acalx.optimizers import Gradient, Optimizer, Traversal
+from acalx.planning.smallest import Smallest, smallest_program
 from acalx.problem import Problem
+from acalx.programs.sequences import regular_sequences
+from acalx.quantities.information import Information
 from acalx.schemes import Designed, Joint, Parallel, Scheme, Serial
 from acalx.schemes.base import kinds_of
-from acalx.sequences import regular_sequences
-from acalx.smallest import Smallest, smallest_program
+from acalx.search.account import Account
+from acalx.search.result import Result, Solution
 from acalx.stands import PlatformGimbals, TwoAxis
 from acalx.testing import check_optimizer
 from command import assert_refused, run, together
@@ -63,7 +64,7 @@ def test_every_scheme_designs_for_the_whole_model(scheme, optimizer):
     best = designed.result.best
     assert len(best.settings) <= 20
     assert best.loss == pytest.approx(float(problem.loss(best.settings)), abs=1e-9)
-    assert GIMBALS.allows(best.settings).all()
+    assert GIMBALS.axes.allows(best.settings).all()
     if designed.parts:
         together = np.concatenate([part.settings for part in designed.parts])
         np.testing.assert_array_equal(together, best.settings)
@@ -102,7 +103,7 @@ class _Fixed(Optimizer):
 def test_positions_that_serve_both_are_dropped():
     """An accelerometer does not feel the Earth's rate; each position serves one other."""
     rng = np.random.default_rng(1)
-    gyros, own = GIMBALS.random(rng, (10,)), GIMBALS.random(rng, (2,))
+    gyros, own = GIMBALS.axes.random(rng, (10,)), GIMBALS.axes.random(rng, (2,))
     accels = np.concatenate([same_verticals(gyros[[3, 5, 5]]), own])
     designed = solve(Parallel({"gyros": 10}), platform(15), _Fixed(gyros=gyros, accels=accels))
     first, second = designed.parts
@@ -125,7 +126,7 @@ def test_what_a_model_does_not_read_its_sensor_does_not_feel():
 
 @pytest.mark.parametrize("scheme", [Parallel(), Serial()], ids=repr)
 def test_fixed_positions_come_first_and_serve_all(scheme):
-    fixed = GIMBALS.random(np.random.default_rng(2), (5,))
+    fixed = GIMBALS.axes.random(np.random.default_rng(2), (5,))
     designed = solve(scheme, platform(16, fixed=fixed))
     np.testing.assert_array_equal(designed.result.best.settings[:5], fixed)
     assert sum(len(part.settings) for part in designed.parts) == 11
@@ -197,7 +198,7 @@ def test_a_scheme_that_does_not_fit_is_refused_with_the_remedy(scheme):
 
 
 def test_sequences_after_fixed_positions():
-    fixed = GIMBALS.random(np.random.default_rng(3), (4,))
+    fixed = GIMBALS.axes.random(np.random.default_rng(3), (4,))
     problem = Problem(GIMBALS, GYROS, D(), 14, fixed)
     check_optimizer(Traversal().exact(), problem)
     result = Traversal().solve(problem, np.random.default_rng(0))
@@ -207,7 +208,7 @@ def test_sequences_after_fixed_positions():
     assert result.survey.losses.min() == pytest.approx(-float(per_measurement.log_det), abs=1e-8)
     with pytest.raises(AcalxError, match="none of the 144 sequences by rule=turn begins with the 4 fixed positions"):
         Traversal(extends=True).solve(problem, np.random.default_rng(0))
-    many = replace(problem, fixed=GIMBALS.random(np.random.default_rng(3), (10,)))
+    many = replace(problem, fixed=GIMBALS.axes.random(np.random.default_rng(3), (10,)))
     with pytest.raises(ArgumentError, match="n_from=9: must be from 11, one more than the 10 fixed positions, to n=14"):
         Traversal(n_from=9).solve(many, np.random.default_rng(0))
 
@@ -289,7 +290,7 @@ def test_numbers_too_small_for_any_sequence_count_as_tried():
 
 
 def test_fixed_positions_have_no_bound():
-    fixed = TwoAxis().random(np.random.default_rng(0), (6,))
+    fixed = TwoAxis().axes.random(np.random.default_rng(0), (6,))
     found = smallest(replace(sphere(), n=9, fixed=fixed), Target({"bias": 0.5}))
     assert found.bound is None
     np.testing.assert_array_equal(found.designed.result.best.settings[:6], fixed)
@@ -318,7 +319,7 @@ def test_the_bound_of_a_target_is_exact_where_it_is_known():
 def test_the_bound_of_a_target_is_below_every_program(limits, n):
     target = Target({"bias": 0.5, "scale": 0.7, "nonorthogonality": 1.1})
     problem = sphere(target, n, **limits)
-    programs = problem.random(np.random.default_rng(0), 2000)
+    programs = problem.restrictions.random(np.random.default_rng(0), 2000)
     certificate = certify(problem, float(problem.loss(programs).min()))
     assert certificate.gap >= 0.0
 

@@ -203,7 +203,7 @@ def test_robust_losses_take_outputs_too() -> None:
 
 def test_axes_off_by_nothing_change_nothing() -> None:
     for stand in (PlatformGimbals(azimuth_deg=30), STAND):
-        settings = stand.random(np.random.default_rng(0), (7,))
+        settings = stand.axes.random(np.random.default_rng(0), (7,))
         exact = dict(stand.stimulus(settings).quantities())
         zero = np.zeros((5, 1, len(stand.axis_errors)))
         for name, felt in stand.misaligned(settings, zero).quantities():
@@ -213,7 +213,7 @@ def test_axes_off_by_nothing_change_nothing() -> None:
 def test_gimbals_with_their_axes_off_keep_lengths_and_the_angle_between() -> None:
     stand = PlatformGimbals()
     rng = np.random.default_rng(0)
-    felt = stand.misaligned(stand.random(rng, (7,)), 0.1 * rng.standard_normal((5, 1, 3)))
+    felt = stand.misaligned(stand.axes.random(rng, (7,)), 0.1 * rng.standard_normal((5, 1, 3)))
     assert felt.specific_force is not None
     assert felt.angular_rate is not None
     np.testing.assert_allclose(np.linalg.norm(felt.specific_force, axis=-1), 1.0, atol=1e-14)

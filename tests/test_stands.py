@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 
 import parts
 from acalx.errors import ArgumentError, CompatibilityError
+from acalx.quantities.units import DEGREE_PER_SECOND
 from acalx.stands import Setting, Stand, TwoAxis
 from acalx.testing import check_stand
-from acalx.units import DEGREE_PER_SECOND
 
 NAN, INF = math.nan, math.inf
 
@@ -37,10 +37,10 @@ def test_vertical_is_a_unit_vector(alpha1: float, alpha2: float) -> None:
 
 @pytest.mark.parametrize("stand", [*parts.CONTINUOUS, *parts.FURTHER_STANDS[:4]], ids=repr)
 def test_aim_finds_settings_that_are_allowed(stand: Stand) -> None:
-    force = stand.stimulus(stand.random(np.random.default_rng(1), (500,))).specific_force
+    force = stand.stimulus(stand.axes.random(np.random.default_rng(1), (500,))).specific_force
     assert force is not None
     aimed = stand.aim(force)
-    assert stand.allows(aimed).all()
+    assert stand.axes.allows(aimed).all()
     np.testing.assert_allclose(stand.stimulus(aimed).specific_force, force, atol=1e-7)
 
 
@@ -57,7 +57,7 @@ def test_stand_that_can_not_be_aimed_says_so() -> None:
 
 @pytest.mark.parametrize("stand", parts.STEPPED, ids=repr)
 def test_random_settings_reach_all_the_stops_and_no_other(stand: Stand) -> None:
-    angles = stand.random(np.random.default_rng(0), (5000,))
+    angles = stand.axes.random(np.random.default_rng(0), (5000,))
     for k, setting in enumerate(stand.settings):
         stops = setting.stops()
         np.testing.assert_array_equal(np.unique(angles[:, k]), stops)
@@ -174,7 +174,7 @@ def test_a_setting_may_be_a_rate() -> None:
 
 
 def test_the_magnetic_field_turns_with_the_vertical() -> None:
-    angles = parts.FULL.random(np.random.default_rng(0), (50,))
+    angles = parts.FULL.axes.random(np.random.default_rng(0), (50,))
     for dip in (90.0, -90.0):  # it is the vertical, down or up
         stimulus = TwoAxis(dip_deg=dip).stimulus(angles)
         np.testing.assert_allclose(stimulus.magnetic_field, -np.sign(dip) * stimulus.specific_force, atol=1e-15)

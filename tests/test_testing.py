@@ -8,14 +8,16 @@ import numpy as np
 import pytest
 
 import parts
-from acalx.arrays import Array
 from acalx.criteria import Ceiling, Criterion, D, Inequality
-from acalx.information import Information
 from acalx.models import Model, ScalarAccel
-from acalx.optimizers import Account, Gradient, Optimizer, Result
+from acalx.numerics.arrays import Array
+from acalx.optimizers import Gradient, Optimizer
 from acalx.problem import Problem
+from acalx.quantities.information import Information
+from acalx.quantities.stimulus import Stimulus
+from acalx.search.account import Account
+from acalx.search.result import Result
 from acalx.stands import Setting, Stand, TwoAxis
-from acalx.stimulus import Stimulus
 from acalx.testing import check_criterion, check_model, check_optimizer, check_stand
 
 PARAMETERS = ScalarAccel().parameters

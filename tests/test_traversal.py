@@ -8,12 +8,13 @@ import pytest
 
 from acalx.criteria import A, D, Inequality
 from acalx.errors import AcalxError, ArgumentError, CompatibilityError
-from acalx.information import Information
 from acalx.models import GyroRateTable, Platform, PlatformGyro, ScalarAccel
-from acalx.optimizers import Result, Traversal
+from acalx.optimizers import Traversal
 from acalx.problem import Problem
 from acalx.programs import find_program
-from acalx.sequences import regular_sequences
+from acalx.programs.sequences import regular_sequences
+from acalx.quantities.information import Information
+from acalx.search.result import Result
 from acalx.stands import PlatformGimbals, RateTable, TwoAxis
 from acalx.testing import check_optimizer
 
@@ -117,7 +118,7 @@ def test_finer_and_independent_sequences_are_no_worse():
 def test_limits_of_the_stand_leave_sequences_out():
     stand = PlatformGimbals(gamma_deg=(0, 200), alpha_deg=(0, 200))
     result = solve(Traversal(), Problem(stand, Platform(sensors=["accels"]), D(), 8))
-    assert stand.allows(result.best.settings).all()
+    assert stand.axes.allows(result.best.settings).all()
     assert np.isinf(result.survey.losses).any()
     narrow = PlatformGimbals(gamma_deg=(0, 60))
     with pytest.raises(AcalxError, match=r"leave the limits or stops of the stand, gamma_deg=\[0, 60\], .*steps_deg"):

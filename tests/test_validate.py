@@ -11,16 +11,16 @@ import numpy as np
 import pytest
 
 import parts
-from acalx.arrays import Array
 from acalx.criteria import D
 from acalx.errors import ArgumentError, DataError
 from acalx.estimation import Huber, Iterated, Linear, Readings, Unit, calibrate, read_groups, read_readings
-from acalx.estimation.comparison import compare_programs, vertical_of
-from acalx.estimation.subsets import best_positions, efficiency, nearest_positions, random_positions, random_turns
-from acalx.estimation.validation import held_out, random_splits, take_folds, validate_folds, validate_splits
 from acalx.models import ScalarAccel
+from acalx.numerics.arrays import Array
 from acalx.programs import find_program
-from acalx.stimulus import Stimulus
+from acalx.quantities.stimulus import Stimulus
+from acalx.validation.comparison import compare_programs, vertical_of
+from acalx.validation.splits import held_out, random_splits, take_folds, validate_folds, validate_splits
+from acalx.validation.subsets import best_positions, efficiency, nearest_positions, random_positions, random_turns
 from command import Outcome, assert_refused, run, together
 from measured import FERRARIS, METERS, MIKOFF, MIMU, MIMU_COUNTS, needs_measured
 

@@ -11,12 +11,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import parts
-from acalx.arrays import Array
+from acalx.bounds.relaxation import relax
 from acalx.criteria import A, Ceiling, Criterion, D, E, Inequality
 from acalx.errors import AcalxError, ArgumentError, CompatibilityError
-from acalx.information import Information, Parameter
 from acalx.models import ScalarAccel
-from acalx.relaxation import relax
+from acalx.numerics.arrays import Array
+from acalx.quantities.information import Information
+from acalx.quantities.parameter import Parameter
 from acalx.stands import TwoAxis
 from acalx.weights import (
     Positions,
@@ -84,7 +85,7 @@ def test_gaussian_regressors(criterion: Criterion, p: int) -> None:
 @pytest.mark.parametrize("kind", ["structured", "random"])
 @pytest.mark.parametrize("stand", [parts.FULL, parts.BAND, NARROW], ids=repr)
 def test_positions_of_a_table(criterion: Criterion, kind: str, stand: TwoAxis) -> None:
-    positions = Positions(stand, ScalarAccel(), stand.candidates(30_000, kind, np.random.default_rng(0)))
+    positions = Positions(stand, ScalarAccel(), stand.axes.candidates(30_000, kind, np.random.default_rng(0)))
     found = optimal_weights(positions, criterion)
     rows = positions.regressors(slice(None))
     assert exact_gap(rows, criterion, found) == pytest.approx(found.gap, abs=2e-7)
@@ -155,7 +156,7 @@ def test_no_other_weights_are_better(p: int, m: int, size: int, seed: int, crite
 
 
 def test_the_whole_sphere_has_the_known_optimum() -> None:
-    positions = Positions(parts.FULL, ScalarAccel(), parts.FULL.candidates(100_000, "structured", rng_of(0)))
+    positions = Positions(parts.FULL, ScalarAccel(), parts.FULL.axes.candidates(100_000, "structured", rng_of(0)))
     found = optimal_weights(positions, D())
     assert math.exp(found.loss) == pytest.approx(D1, rel=2e-6 * 9)
     # the only optimal information: that of directions uniform on the sphere
@@ -183,7 +184,7 @@ def test_a_polynomial_has_its_known_support() -> None:
 def test_a_fine_grid_comes_close_to_the_whole_range(criterion: Criterion) -> None:
     continuous = relax(parts.problem(criterion, 12, parts.PATCH))
     bound = criterion.least_loss(continuous.support, continuous.information)
-    grid = parts.PATCH.candidates(200_000, "structured", rng_of(0))
+    grid = parts.PATCH.axes.candidates(200_000, "structured", rng_of(0))
     found = optimal_weights(Positions(parts.PATCH, ScalarAccel(), grid), criterion)
     assert bound - 1e-4 <= found.loss <= bound + 3e-3
 
@@ -245,28 +246,28 @@ def test_second_derivatives(criterion: Criterion) -> None:
 @pytest.mark.parametrize("size", [1, 7, 100, 12_345])
 @pytest.mark.parametrize("stand", parts.STANDS, ids=repr)
 def test_grids_are_within_the_limits(stand: TwoAxis, size: int) -> None:
-    grid = stand.candidates(size, "structured", rng_of(0))
+    grid = stand.axes.candidates(size, "structured", rng_of(0))
     everything = grid[:]
     assert everything.shape == (len(grid), 2)
-    assert stand.allows(everything).all()
+    assert stand.axes.allows(everything).all()
     assert len(np.unique(np.round(everything, 9), axis=0)) == len(grid)
     some = np.random.default_rng(0).integers(0, len(grid), 5)
     np.testing.assert_array_equal(grid[some], everything[some])
-    if not stand.stepped and size >= 100:
+    if not stand.axes.stepped and size >= 100:
         assert 0.8 * size < len(grid) < 1.25 * size
 
 
 def test_a_table_with_few_stops_has_them_all() -> None:
-    grid = parts.TABLE_15.candidates(10_000, "structured", rng_of(0))
+    grid = parts.TABLE_15.axes.candidates(10_000, "structured", rng_of(0))
     assert len(grid) == 24**2
-    assert len(parts.TABLE_15.candidates(150, "structured", rng_of(0))) == 144
+    assert len(parts.TABLE_15.axes.candidates(150, "structured", rng_of(0))) == 144
 
 
 def test_kinds_of_candidates() -> None:
-    drawn = parts.BAND.candidates(50, "random", rng_of(3))
-    np.testing.assert_array_equal(drawn[:], parts.BAND.random(rng_of(3), (50,)))
+    drawn = parts.BAND.axes.candidates(50, "random", rng_of(3))
+    np.testing.assert_array_equal(drawn[:], parts.BAND.axes.random(rng_of(3), (50,)))
     with pytest.raises(ArgumentError, match="kind=sobol"):
-        parts.BAND.candidates(50, "sobol", rng_of(3))
+        parts.BAND.axes.candidates(50, "sobol", rng_of(3))
 
 
 # --- support and rounding ---

@@ -13,11 +13,11 @@ import numpy as np
 from printed import GROUPS, KEYS, PRINTED, TABLE_5, agrees, smaller
 from simulations import tables_6_and_7
 
-from acalx.arrays import Array
 from acalx.criteria import Criterion, D, Inequality, Product
-from acalx.metrics import figures_of_merit
 from acalx.models import ScalarAccel
+from acalx.numerics.arrays import Array
 from acalx.optimizers import DifferentialEvolution, Gradient, Optimizer
+from acalx.planning.metrics import figures_of_merit
 from acalx.problem import Problem
 from acalx.programs import find_program, read_program
 from acalx.recording import RunDirectory

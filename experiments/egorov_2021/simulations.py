@@ -8,14 +8,14 @@ from dataclasses import replace
 import numpy as np
 from printed import GROUPS, PRINTED, TABLE_6, TABLE_6_FAIR, TABLE_7
 
-from acalx.arrays import Array
 from acalx.estimation import Iterated, Linear, Oriented
-from acalx.estimation.validation import Validation
 from acalx.models import ScalarAccel
+from acalx.numerics.arrays import Array
 from acalx.programs import find_program
 from acalx.reporting.tables import markdown
 from acalx.simulation import Campaign, ErrorSources, Outcome, simulate
 from acalx.stands import TwoAxis
+from acalx.validation.splits import Validation
 
 STAND, MODEL = TwoAxis(), ScalarAccel()
 TRIALS, SEED = 20000, 0

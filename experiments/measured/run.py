@@ -13,7 +13,6 @@ from string import Template
 
 import numpy as np
 
-from acalx.arrays import Array
 from acalx.criteria import D
 from acalx.estimation import (
     Calibration,
@@ -26,15 +25,16 @@ from acalx.estimation import (
     read_groups,
     read_readings,
 )
-from acalx.estimation.comparison import compare_programs, vertical_of
-from acalx.estimation.subsets import best_positions, efficiency, random_positions
-from acalx.estimation.validation import Validation, held_out, random_splits, validate_splits
-from acalx.information import parameter_groups
 from acalx.models import ScalarAccel
+from acalx.numerics.arrays import Array
 from acalx.programs import published_for
+from acalx.quantities.parameter import parameter_groups
 from acalx.reporting.figures import new_figure, save
 from acalx.reporting.tables import markdown
 from acalx.stands import TwoAxis
+from acalx.validation.comparison import compare_programs, vertical_of
+from acalx.validation.splits import Validation, held_out, random_splits, validate_splits
+from acalx.validation.subsets import best_positions, efficiency, random_positions
 
 HERE = Path(__file__).resolve().parent
 MODEL, ESTIMATOR = ScalarAccel(), Iterated()

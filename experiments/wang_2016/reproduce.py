@@ -11,19 +11,19 @@ from string import Template
 
 import numpy as np
 
-from acalx.arrays import Array
-from acalx.certificate import certify
+from acalx.bounds import certify
 from acalx.criteria import Criterion, D, Target
-from acalx.information import Information
 from acalx.models import Platform
+from acalx.numerics.arrays import Array
 from acalx.optimizers import Gradient, Optimizer, Traversal
 from acalx.problem import Problem
 from acalx.programs import find_program
+from acalx.programs.sequences import regular_sequences
+from acalx.quantities.information import Information
 from acalx.recording import RunDirectory
 from acalx.reporting.figures import PALE, SERIES, draw_landscape, new_figure, save
 from acalx.reporting.tables import markdown, program_table
 from acalx.schemes import Designed, Joint, Parallel, Scheme, Serial
-from acalx.sequences import regular_sequences
 from acalx.simulation import Campaign, ErrorSources, default_estimator, simulate
 from acalx.stands import PlatformGimbals
 

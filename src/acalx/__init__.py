@@ -24,8 +24,6 @@ if TYPE_CHECKING:
         read_correction,
         read_readings,
     )
-    from acalx.information import Information, Parameter
-    from acalx.metrics import figures_of_merit
     from acalx.models import (
         Composite,
         GyroRateTable,
@@ -47,16 +45,18 @@ if TYPE_CHECKING:
         Exchange,
         Gradient,
         Optimizer,
-        Result,
         Scalarized,
-        Survey,
         Traversal,
     )
+    from acalx.planning.metrics import figures_of_merit
     from acalx.problem import Problem
     from acalx.programs import Program, find_program, published, read_program
+    from acalx.quantities.information import Information
+    from acalx.quantities.parameter import Parameter
+    from acalx.quantities.stimulus import Stimulus
+    from acalx.search.result import Front, Result, Survey
     from acalx.simulation import Campaign, ErrorSources
     from acalx.stands import PlatformGimbals, RateTable, Setting, Stand, TwoAxis
-    from acalx.stimulus import Stimulus
 
 __version__ = "0.1.0"
 
@@ -76,6 +76,7 @@ __all__ = [
     "ErrorSources",
     "Estimator",
     "Exchange",
+    "Front",
     "Gradient",
     "GyroRateTable",
     "Inequality",
@@ -135,8 +136,10 @@ _HOMES = {
         "read_correction",
         "read_readings",
     ),
-    "acalx.information": ("Information", "Parameter"),
-    "acalx.metrics": ("figures_of_merit",),
+    "acalx.quantities.information": ("Information",),
+    "acalx.quantities.parameter": ("Parameter",),
+    "acalx.search.result": ("Front", "Result", "Survey"),
+    "acalx.planning.metrics": ("figures_of_merit",),
     "acalx.models": (
         "Composite",
         "GyroRateTable",
@@ -158,16 +161,14 @@ _HOMES = {
         "Exchange",
         "Gradient",
         "Optimizer",
-        "Result",
         "Scalarized",
-        "Survey",
         "Traversal",
     ),
     "acalx.problem": ("Problem",),
-    "acalx.programs": ("Program", "find_program", "published", "read_program"),
+    "acalx.programs.program": ("Program", "find_program", "published", "read_program"),
     "acalx.simulation": ("Campaign", "ErrorSources"),
     "acalx.stands": ("PlatformGimbals", "RateTable", "Setting", "Stand", "TwoAxis"),
-    "acalx.stimulus": ("Stimulus",),
+    "acalx.quantities.stimulus": ("Stimulus",),
 }
 
 

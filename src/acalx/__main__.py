@@ -34,7 +34,7 @@ def main() -> int:
         return 0
     print(_help())
     if arguments and arguments[0] not in ("-h", "--help"):
-        from acalx.explain import suggestion
+        from acalx.commands.explain import suggestion
 
         print(f"acalx: no command {arguments[0]!r}{suggestion(arguments[0], _COMMANDS)}", file=sys.stderr)
         return 2

@@ -1,6 +1,14 @@
-"""The errors that acalx raises on purpose; each message says what was wrong and what would be right."""
+"""The errors that acalx raises on purpose; each says what was wrong and what would be right.
+
+An error carries what it speaks of as data. Options in its message are `Option`, which the command line
+spells as a user types them there and Python as arguments; nothing else makes sentences of them.
+"""
 
 from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, final
 
 __all__ = [
     "AcalxError",
@@ -8,13 +16,61 @@ __all__ = [
     "CompatibilityError",
     "DataError",
     "NoProgramError",
+    "Option",
     "PluginError",
     "ProgramError",
+    "SingularError",
 ]
 
 
+@final
+@dataclass(frozen=True)
+class Option:
+    """An option that a message speaks of, with a value.
+
+    Parameters
+    ----------
+    key : str
+        As in the configuration: ``n``, ``stand.dip_deg``, ``optimizer``.
+    value : object
+        As in the configuration; of a group the name of the choice.
+    python : str, optional
+        What a caller from Python writes in the place of the value, ``Gradient()`` for the choice ``gradient``.
+    """
+
+    key: str
+    value: object
+    python: str | None = None
+
+    def as_argument(self) -> str:
+        """As an argument in Python: ``dip_deg=65``, ``optimizer=Gradient()``."""
+        value = repr(self.value) if self.python is None else self.python
+        return f"{self.key.rpartition('.')[2]}={value}"
+
+
 class AcalxError(Exception):
-    """Base of every error that a user of acalx can cause and mend."""
+    """Base of every error that a user of acalx can cause and mend.
+
+    Parameters
+    ----------
+    message : str
+        Where there are data, with their names in braces.
+    **data
+        What the message speaks of. ``error.data`` has it for whoever handles the error.
+    """
+
+    def __init__(self, message: str, /, **data: Any) -> None:
+        super().__init__(message)
+        self.message, self.data = message, data
+
+    def said(self, spell: Callable[[Option], str]) -> str:
+        """The message, with options spelled in one way or another."""
+        if not self.data:
+            return self.message
+        return self.message.format_map({k: spell(v) if isinstance(v, Option) else v for k, v in self.data.items()})
+
+    def __str__(self) -> str:
+        return self.said(Option.as_argument)
 
 
 class ArgumentError(AcalxError, ValueError):
@@ -37,5 +93,29 @@ class DataError(AcalxError, ValueError):
     """Measurements, or a file of them, that can't be used."""
 
 
+class SingularError(DataError):
+    """Positions that can't show all the parameters.
+
+    Parameters
+    ----------
+    message : str
+    inestimable : list of str
+        The combinations of the parameters that they can't see.
+    **data
+        As of `AcalxError`.
+    """
+
+    def __init__(self, message: str, /, inestimable: list[str], **data: Any) -> None:
+        super().__init__(message, **data)
+        self.inestimable = inestimable
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _rebuilt, (type(self), self.message, self.inestimable, self.data)
+
+
 class PluginError(AcalxError):
     """A part written by somebody else that broke the contract of its interface."""
+
+
+def _rebuilt(kind: type[SingularError], message: str, inestimable: list[str], data: dict[str, Any]) -> SingularError:
+    return kind(message, inestimable=inestimable, **data)

@@ -14,8 +14,8 @@ from typing import final
 
 import numpy as np
 
-from acalx.arrays import Array
 from acalx.errors import AcalxError
+from acalx.numerics.arrays import Array
 
 __all__ = ["CsvFile", "closest", "did_you_mean", "is_number"]
 

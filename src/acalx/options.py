@@ -1,55 +1,30 @@
-"""Options that several entry points read in the same way."""
+"""Checks of options, with one kind of message for all."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+import math
 
-from omegaconf import DictConfig, OmegaConf
+import numpy as np
 
-from acalx.criteria import Criterion, Target
 from acalx.errors import ArgumentError
 
-__all__ = ["names_of", "seed_of", "target_of", "where_of"]
+__all__ = ["require_count", "require_points", "require_positive"]
 
 
-def names_of(config: DictConfig, key: str, length: int | None = None) -> list[str]:
-    """Names of columns that the configuration lists."""
-    given = OmegaConf.to_container(config, resolve=True)[key]  # type: ignore[index,call-overload]
-    if not isinstance(given, Sequence) or isinstance(given, str) or length not in (None, len(given)):
-        raise ArgumentError(f"{key}={given}: give {length or 'some'} names of columns, as in {key}=[ax,ay,az]")
-    return [str(name) for name in given]
+def require_count(name: str, value: object) -> None:
+    """Raise ArgumentError unless the option is a whole number of at least 1."""
+    if not isinstance(value, (int, np.integer)) or isinstance(value, bool) or value < 1:
+        raise ArgumentError(f"{name}={value}: must be a whole number of at least 1")
 
 
-def target_of(config: DictConfig, criterion: Criterion) -> Target | None:
-    """What n=auto is to reach; None where n is given."""
-    if config.n != "auto":
-        if config.target is not None and not any(isinstance(c, Target) for _, c in criterion.terms().ceilings):
-            raise ArgumentError(f"target={config.target} with n={config.n}: a target is for n=auto or criterion=target")
-        return None
-    if len(criterion.objectives) > 1:
-        raise ArgumentError("n=auto: several objectives have no smallest number of positions; give one criterion, or n")
-    if config.target is None:
-        raise ArgumentError(
-            "n=auto: give the largest standard error of each group that matters, as in 'target={bias: 0.5}'"
-        )
-    whole: Any = OmegaConf.to_container(config, resolve=True)
-    return Target(whole["target"])
+def require_positive(name: str, value: object) -> None:
+    """Raise ArgumentError unless the option is a positive finite number."""
+    if not isinstance(value, (int, float)) or isinstance(value, bool) or not 0 < value < math.inf:
+        raise ArgumentError(f"{name}={value}: must be a positive number")
 
 
-def where_of(config: DictConfig) -> dict[str, Any]:
-    """Values that columns must have."""
-    where = config.where
-    if where is None:
-        return {}
-    if not isinstance(where, Mapping):
-        raise ArgumentError(f"where={where}: give columns and their values, as in 'where={{imu: 3}}'")
-    return {str(name): value for name, value in where.items()}
-
-
-def seed_of(config: DictConfig) -> int:
-    """The seed, or ArgumentError."""
-    seed = config.seed
-    if not isinstance(seed, int) or isinstance(seed, bool) or seed < 0:
-        raise ArgumentError(f"seed={seed}: the seed must be a whole number, 0 or more")
-    return seed
+def require_points(name: str, value: object, objectives: int = 2) -> None:
+    """Raise ArgumentError unless the option is a whole number that a front of so many objectives can have."""
+    require_count(name, value)
+    if isinstance(value, (int, np.integer)) and value < objectives:
+        raise ArgumentError(f"{name}={value}: a front of {objectives} objectives has {objectives} ends or more")

@@ -9,18 +9,22 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import fields
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 
-from acalx.arrays import Array
 from acalx.criteria import Ceiling, Criterion
-from acalx.information import Information, Parameter
 from acalx.models import Model
-from acalx.optimizers.base import Account, Optimizer, Result
-from acalx.optimizers.pareto import nondominated
+from acalx.numerics.arrays import Array
+from acalx.optimizers.base import Optimizer
 from acalx.problem import Problem
+from acalx.quantities.information import Information
+from acalx.quantities.parameter import Parameter
+from acalx.quantities.stimulus import Stimulus
+from acalx.search.account import Account
+from acalx.search.pareto import nondominated
+from acalx.search.result import Found, Front, Result
 from acalx.stands import Setting, Stand
-from acalx.stimulus import Stimulus
 
 __all__ = ["check_criterion", "check_model", "check_optimizer", "check_stand"]
 
@@ -42,20 +46,22 @@ def check_stand(stand: Stand, *, seed: int = 0) -> None:
     """
     settings = stand.settings
     _require(len(settings) > 0 and all(isinstance(s, Setting) for s in settings), stand, "settings are one or more")
-    _require(len(set(stand.names)) == len(settings), stand, f"each setting has its own name, got {stand.names}")
+    _require(
+        len(set(stand.axes.names)) == len(settings), stand, f"each setting has its own name, got {stand.axes.names}"
+    )
     for stack in _STACKS:
         shape = (*stack, _N)
-        angles, again = (stand.random(np.random.default_rng(seed), shape) for _ in range(2))
+        angles, again = (stand.axes.random(np.random.default_rng(seed), shape) for _ in range(2))
         _require_shape(stand, "random", angles, (*shape, len(settings)))
         _require_close(stand, "random settings follow from the seed", angles, again, 0.0)
-        _require(bool(stand.allows(angles).all()), stand, "random settings are ones that the stand allows")
+        _require(bool(stand.axes.allows(angles).all()), stand, "random settings are ones that the stand allows")
         stimulus = stand.stimulus(angles)
         _require(any(True for _ in stimulus.quantities()), stand, "stimulus gives one quantity or more")
         for name, value in stimulus.quantities():
             _require_shape(stand, f"stimulus.{name}", value, (*shape, 3))
         _require_stacked(stand, "stimulus", lambda x: _arrays(stand.stimulus(x)), angles)
         turned = angles + 2.0 * np.pi * np.array([s.periodic for s in settings])
-        for same in (turned, stand.wrap(turned), stand.wrap(angles)):
+        for same in (turned, stand.axes.wrap(turned), stand.axes.wrap(angles)):
             for (name, value), (_, other) in zip(stimulus.quantities(), stand.stimulus(same).quantities(), strict=True):
                 _require_close(stand, f"a periodic setting a turn on gives the same {name}", other, value, 1e-9)
         exact, numerical = stand.derivative(angles), Stand.derivative(stand, angles)
@@ -84,7 +90,7 @@ def check_model(model: Model, stand: Stand, *, seed: int = 0) -> None:
     _require(bool(model.needs) and set(model.needs) <= known, model, f"needs names quantities among {sorted(known)}")
     _require(model.smallest_n * m >= p, model, f"smallest_n={model.smallest_n} gives fewer readings than parameters")
     for stack in _STACKS:
-        angles = stand.random(np.random.default_rng(seed), (*stack, _N))
+        angles = stand.axes.random(np.random.default_rng(seed), (*stack, _N))
         stimulus = stand.stimulus(angles)
         model.check(stimulus, stand)
         _require_shape(model, "regressors", model.regressors(stimulus), (*stack, _N, m, p))
@@ -131,7 +137,7 @@ def check_criterion(
             _check_ceiling(ceiling, information)
 
 
-def check_optimizer(optimizer: Optimizer, problem: Problem, *, seed: int = 0) -> None:
+def check_optimizer(optimizer: Optimizer[Any], problem: Problem, *, seed: int = 0) -> None:
     """Check an optimizer on a problem that it takes: its result, its account, an interrupt.
 
     Parameters
@@ -143,7 +149,7 @@ def check_optimizer(optimizer: Optimizer, problem: Problem, *, seed: int = 0) ->
         Of the random generator.
     """
     result, again = (optimizer.solve(problem, np.random.default_rng(seed)) for _ in range(2))
-    if optimizer.several:
+    if isinstance(result, Front):
         _check_front(optimizer, problem, result, again)
         halted = optimizer.solve(problem, np.random.default_rng(seed), _interrupt)
         _require(halted.status == "interrupted", optimizer, f"lets an interrupt pass, got status {halted.status!r}")
@@ -166,18 +172,20 @@ def check_optimizer(optimizer: Optimizer, problem: Problem, *, seed: int = 0) ->
     _require_solutions(optimizer, problem, halted)
 
 
-def _check_front(optimizer: Optimizer, problem: Problem, result: Result, again: Result) -> None:
+def _check_front(optimizer: Optimizer[Any], problem: Problem, result: Found, again: Found) -> None:
     """The points of a front: allowed, none better than another in all, the same again, the knee one of them."""
-    _require(len(result.front) > 0 and result.knee is not None, optimizer, "there is a front, and its knee")
-    losses = np.array([point.losses for point in result.front])
-    settings = np.array([point.settings for point in result.front])
+    front = isinstance(result, Front) and isinstance(again, Front) and len(result.points) > 0
+    _require(front, optimizer, "there is a front")
+    assert isinstance(result, Front)
+    assert isinstance(again, Front)
+    losses, settings = result.losses, np.array([point.settings for point in result.points])
     _require(len(nondominated(losses)) == len(losses), optimizer, "no point of the front is better than another in all")
     _require(bool((np.diff(losses[:, 0]) >= 0).all()), optimizer, "points come by ascending first loss")
-    _require(bool(problem.stand.allows(settings).all()), optimizer, "positions are ones the stand allows")
+    _require(bool(problem.stand.axes.allows(settings).all()), optimizer, "positions are ones the stand allows")
     _require_close(optimizer, "the losses are those of the programs", losses, problem.losses(settings), 1e-9)
-    best = result.front[result.knee or 0].settings
-    _require(np.array_equal(result.best.settings, best), optimizer, "the best program is the knee")
-    same = [point.settings.tobytes() for point in result.front] == [p.settings.tobytes() for p in again.front]
+    best = result.points[result.knee].settings
+    _require(np.array_equal(result.program, best), optimizer, "the program to take is the knee")
+    same = [point.settings.tobytes() for point in result.points] == [p.settings.tobytes() for p in again.points]
     _require(same, optimizer, "the same seed gives the same result, bit for bit")
 
 
@@ -258,12 +266,14 @@ def _require_gradient(criterion: Criterion, information: Information) -> None:
     _require_close(criterion, "gradient agrees with the numerical one", got, expected, _TOLERANCE)
 
 
-def _require_solutions(optimizer: Optimizer, problem: Problem, result: Result) -> None:
+def _require_solutions(optimizer: Optimizer[Any], problem: Problem, result: Result) -> None:
     _require(len(result.solutions) > 0, optimizer, "there is one solution or more")
     for solution in result.solutions:
         n = problem.n if result.survey is None else len(solution.settings)  # a survey is of numbers up to n
         _require_shape(optimizer, "a solution", solution.settings, (n, problem.d))
-        _require(bool(problem.stand.allows(solution.settings).all()), optimizer, "positions are ones the stand allows")
+        _require(
+            bool(problem.stand.axes.allows(solution.settings).all()), optimizer, "positions are ones the stand allows"
+        )
         loss = problem.loss(solution.settings)
         _require_close(optimizer, "the loss is that of the program", np.array(solution.loss), loss, 1e-9)
 

@@ -29,7 +29,7 @@ class AcalxLauncher(BasicLauncher):
             try:
                 returns += super().launch([overrides], number)
             except (HydraException, OmegaConfBaseException) as error:
-                from acalx import launch  # Hydra imports this file for every program of the environment
+                from acalx.commands import launch  # Hydra imports this file for every program of the environment
 
                 directory = Path(str(self.config.hydra.sweep.dir)) / str(number)
                 launch.record_refusal(directory, error, list(overrides))

@@ -7,16 +7,18 @@ from typing import Any, final
 
 import numpy as np
 
-from acalx.arrays import Array
-from acalx.criteria.base import Ceiling, Criterion
-from acalx.information import Information, Parameter
+from acalx.criteria.base import Ceiling
+from acalx.criteria.concave import Concave
+from acalx.numerics.arrays import Array
+from acalx.quantities.information import Information
+from acalx.quantities.parameter import Parameter
 
 __all__ = ["A", "D", "E"]
 
 
 @final
 @dataclass(frozen=True)
-class D(Criterion):
+class D(Concave):
     """log det K: the volume of the confidence ellipsoid of all the parameters together.
 
     It does not depend on the units of the parameters. Source: Wald (1943), Kiefer (1959).
@@ -49,7 +51,7 @@ class D(Criterion):
 
 @final
 @dataclass(frozen=True)
-class A(Criterion):
+class A(Concave):
     """log tr K: the sum of the variances of the parameters, in the units that they have.
 
     Source: Chernoff (1953).
@@ -88,7 +90,7 @@ class A(Criterion):
 
 @final
 @dataclass(frozen=True)
-class E(Ceiling):
+class E(Ceiling, Concave):
     """log of the largest eigenvalue of K: the variance of the worst combination of parameters.
 
     Source: Ehrenfeld (1955).

@@ -1,17 +1,21 @@
-"""The interface of a criterion: a loss of the information matrix, and its gradient."""
+"""The interface of a criterion, a loss of the information matrix with its gradient, and products of criteria."""
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import final
 
 import numpy as np
 
-from acalx.arrays import Array
-from acalx.information import Information, Parameter
+from acalx.errors import ArgumentError
+from acalx.numerics.arrays import Array
+from acalx.quantities.information import Information
+from acalx.quantities.parameter import Parameter
 
-__all__ = ["Ceiling", "Criterion", "Terms"]
+__all__ = ["Ceiling", "Criterion", "Product", "Terms"]
 
 
 class Criterion(ABC):
@@ -63,114 +67,22 @@ class Criterion(ABC):
         inverse = np.linalg.inv(factor[..., 0, 0, :, :])
         return np.asarray(inverse.swapaxes(-1, -2) @ gradient @ inverse)
 
-    def curvature(self, information: Information, directions: Array) -> Array:
-        """Second derivatives of the loss along symmetric matrices: (q, p, p) to (q, q).
-
-        The default differentiates `gradient` numerically, by central differences.
-
-        Parameters
-        ----------
-        information : Information
-            With one matrix (p, p).
-        directions : array (q, p, p)
-        """
-        root = np.linalg.inv(np.linalg.cholesky(information.matrix))
-        sizes = np.linalg.norm(root @ directions @ root.T, axis=(-2, -1))[:, None, None]
-        moves = 1e-4 / sizes * directions
-        moved = Information(information.matrix + np.stack([moves, -moves]), information.parameters)
-        above, below = self.gradient(moved)
-        slopes = (above - below) / (2e-4 / sizes)
-        curvature = np.einsum("iab,jab->ij", directions, slopes)
-        return np.asarray(0.5 * (curvature + curvature.T))
-
     @property
     def label(self) -> str:
         """Its name in messages."""
         return type(self).__name__
 
-    @property
-    def objectives(self) -> tuple[Criterion, ...]:
-        """What is to be made small: this one criterion, or several (see `acalx.criteria.Objectives`)."""
-        return (self,)
-
-    @property
-    def objective_names(self) -> tuple[str, ...]:
-        """What to call the objectives in tables and files."""
-        return (self.label,)
-
     def check(self, parameters: tuple[Parameter, ...]) -> None:  # noqa: B027 - most fit every model
         """Raise ArgumentError where the criterion does not fit a model with these parameters."""
-
-    def degree(self, p: int) -> float | None:
-        """The k for which the loss of c M is that of M less k log c, where exp(-loss / k) is concave.
-
-        Such a criterion of p parameters is an information function, and programs can be
-        bounded by it (see `acalx.certificate`). None, the default: no bound.
-        """
-        return None
-
-    def support(self, information: Information, multiplier: Array | None) -> Array:
-        """S with which h S h' bounds all programs (see `acalx.certificate`), scaled as it comes.
-
-        The default is minus the gradient at the optimum.
-
-        Parameters
-        ----------
-        information : Information
-            With one matrix (p, p), at or near the optimum.
-        multiplier : array or None
-            What held a `Ceiling` there.
-        """
-        return -self.gradient(information)
-
-    def least_loss(self, support: Array, at: Information) -> Array:
-        """Least loss of any information M with trace(support M) <= 1.
-
-        The default is for the support that is minus the gradient at `at`, over the degree: by
-        concavity it is the loss there.
-
-        Parameters
-        ----------
-        support : array (p, p)
-            Positive semidefinite.
-        at : Information
-            With one matrix, at or near the optimum.
-        """
-        return self.loss(at)
-
-    def convex(self, matrix: Any, factor: Array) -> Any:
-        """A cvxpy expression that is least where the loss is; None, the default, where there is none.
-
-        The information is factor @ matrix @ factor.T. A form in which the factor is taken out,
-        up to a positive factor or a constant, is more accurate where the parameters differ much
-        in how well they are seen.
-
-        Parameters
-        ----------
-        matrix : cvxpy.Variable (p, p)
-            Symmetric, not far from the unit matrix.
-        factor : array (p, p)
-            Lower triangular.
-
-        Returns
-        -------
-        cvxpy.Expression or None
-            A scalar, convex by cvxpy's rules.
-        """
-        return None
 
     def terms(self) -> Terms:
         """The loss taken apart for optimizers that need smooth functions."""
         return Terms(smooth=((1.0, self),))
 
-    def __mul__(self, other: Criterion) -> Criterion:
-        from acalx.criteria.product import Product
-
+    def __mul__(self, other: Criterion) -> Product:
         return Product((self, other))
 
-    def __pow__(self, exponent: float) -> Criterion:
-        from acalx.criteria.product import Product
-
+    def __pow__(self, exponent: float) -> Product:
         return Product((self,), (exponent,))
 
 
@@ -216,17 +128,6 @@ class Ceiling(Criterion):
             The next multiplier.
         """
 
-    def inequality_matrix(self, p: int) -> Array | None:
-        """C (p, p), where the value is the least t with C <= t M as a matrix; None, the default, where it is not."""
-        return None
-
-    def smoothed(self) -> Criterion | None:
-        """A smooth criterion of the same degree whose best measure is nearly the best for this one; None: none.
-
-        A bound is computed from that measure and its support where there is no `inequality_matrix`.
-        """
-        return None
-
     def terms(self) -> Terms:
         """One ceiling, nothing smooth."""
         return Terms(ceilings=((1.0, self),))
@@ -243,3 +144,72 @@ class Terms:
 
     smooth: tuple[tuple[float, Criterion], ...] = ()
     ceilings: tuple[tuple[float, Ceiling], ...] = ()
+
+
+@final
+@dataclass(frozen=True)
+class Product(Criterion):
+    """Product of the values of criteria, each to a power: a weighted sum of their losses.
+
+    The fair compromise is D times the inequality of each group to the power 0.1.
+
+    Parameters
+    ----------
+    criteria : sequence of Criterion
+    exponents : sequence of float, optional
+        One positive exponent a criterion; 1 for each where none are given.
+
+    Raises
+    ------
+    ArgumentError
+        No criteria, another number of exponents than of criteria, an exponent that is not positive.
+
+    Source: Egorov, Kiryachenko, Popov (2021) for the fair compromise.
+    """
+
+    criteria: Sequence[Criterion]
+    exponents: Sequence[float] | None = None
+
+    def __post_init__(self) -> None:
+        criteria = tuple(self.criteria) if isinstance(self.criteria, Iterable) else ()
+        if not criteria or not all(isinstance(criterion, Criterion) for criterion in criteria):
+            raise ArgumentError(f"criteria={self.criteria}: a product takes a list of one or more criteria")
+        if not isinstance(self.exponents, Iterable | None):
+            raise ArgumentError(f"exponents={self.exponents}: a product takes a list of exponents, one a criterion")
+        exponents = (1.0,) * len(criteria) if self.exponents is None else tuple(self.exponents)
+        if len(exponents) != len(criteria):
+            raise ArgumentError(f"a product of {len(criteria)} criteria takes as many exponents, got {len(exponents)}")
+        for exponent in exponents:
+            if not (isinstance(exponent, (int, float)) and math.isfinite(exponent) and exponent > 0):
+                raise ArgumentError(f"exponent {exponent}: the exponents of a product are positive numbers")
+        object.__setattr__(self, "criteria", criteria)
+        object.__setattr__(self, "exponents", exponents)
+
+    @property
+    def factors(self) -> list[tuple[float, Criterion]]:
+        """Exponents and criteria."""
+        assert self.exponents is not None  # set at construction
+        return list(zip(self.exponents, self.criteria, strict=True))
+
+    def check(self, parameters: tuple[Parameter, ...]) -> None:
+        """Each factor's own check."""
+        for criterion in self.criteria:
+            criterion.check(parameters)
+
+    def loss(self, information: Information) -> Array:
+        """Weighted sum of the losses."""
+        return np.asarray(sum(exponent * criterion.loss(information) for exponent, criterion in self.factors))
+
+    def gradient(self, information: Information) -> Array:
+        """Weighted sum of the gradients."""
+        return np.asarray(sum(exponent * criterion.gradient(information) for exponent, criterion in self.factors))
+
+    def terms(self) -> Terms:
+        """The terms of all the factors."""
+        smooth: list[tuple[float, Criterion]] = []
+        ceilings = []
+        for exponent, criterion in self.factors:
+            terms = criterion.terms()
+            smooth += [(exponent * weight, part) for weight, part in terms.smooth]
+            ceilings += [(exponent * weight, part) for weight, part in terms.ceilings]
+        return Terms(tuple(smooth), tuple(ceilings))

@@ -8,10 +8,11 @@ from typing import final
 
 import numpy as np
 
-from acalx.arrays import Array
 from acalx.criteria.base import Ceiling
 from acalx.errors import ArgumentError
-from acalx.information import Information, Parameter
+from acalx.numerics.arrays import Array
+from acalx.quantities.information import Information
+from acalx.quantities.parameter import Parameter
 
 __all__ = ["Inequality"]
 

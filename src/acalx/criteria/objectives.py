@@ -4,24 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import NoReturn, final
+from typing import final
 
-from acalx.arrays import Array
 from acalx.criteria.base import Criterion
-from acalx.errors import ArgumentError, CompatibilityError
-from acalx.information import Information, Parameter
+from acalx.errors import ArgumentError
+from acalx.quantities.parameter import Parameter
 
 __all__ = ["Objectives"]
 
 
 @final
 @dataclass(frozen=True)
-class Objectives(Criterion):
+class Objectives:
     """Several criteria that stay apart: what is sought is the front of their best compromises.
 
     A product fixes beforehand what a gain in one criterion is worth in another. Objectives
     leave that open: the answer is all the programs of which none is worse than another in
-    every criterion. There is no single loss; optimizers that need one refuse it.
+    every criterion. They are no criterion: there is no single loss, and optimizers that need one refuse them.
 
     Parameters
     ----------
@@ -41,7 +40,7 @@ class Objectives(Criterion):
 
     def __post_init__(self) -> None:
         criteria = tuple(self.criteria) if isinstance(self.criteria, Iterable) else ()
-        if not all(isinstance(criterion, Criterion) and len(criterion.objectives) == 1 for criterion in criteria):
+        if not all(isinstance(criterion, Criterion) for criterion in criteria):
             raise ArgumentError(f"criteria={self.criteria}: objectives are a list of criteria, such as D() and A()")
         names = tuple(criterion.label for criterion in criteria) if self.names is None else tuple(self.names)
         if len(names) != len(criteria):
@@ -58,38 +57,17 @@ class Objectives(Criterion):
         object.__setattr__(self, "names", names)
 
     @property
-    def objectives(self) -> tuple[Criterion, ...]:
-        """The criteria."""
-        return tuple(self.criteria)
-
-    @property
-    def objective_names(self) -> tuple[str, ...]:
-        """Their names."""
-        return tuple(self.names or ())
+    def labels(self) -> tuple[str, ...]:
+        """What the objectives are called."""
+        assert self.names is not None  # set at construction
+        return tuple(self.names)
 
     @property
     def label(self) -> str:
         """All the names."""
-        return ", ".join(self.objective_names)
+        return ", ".join(self.labels)
 
     def check(self, parameters: tuple[Parameter, ...]) -> None:
         """Each criterion's own check."""
         for criterion in self.criteria:
             criterion.check(parameters)
-
-    def loss(self, information: Information) -> NoReturn:
-        """Refused: several objectives have no single loss."""
-        self._refuse()
-
-    def gradient(self, information: Information) -> Array:
-        """Refused, as the loss."""
-        self._refuse()
-
-    def terms(self) -> NoReturn:
-        """Refused, as the loss."""
-        self._refuse()
-
-    def _refuse(self) -> NoReturn:
-        raise CompatibilityError(
-            f"the objectives {self.label} have no single loss; take one criterion alone, or multiply them to a product"
-        )

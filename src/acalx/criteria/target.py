@@ -9,10 +9,12 @@ from typing import final
 
 import numpy as np
 
-from acalx.arrays import Array
-from acalx.criteria.base import Ceiling, Criterion
+from acalx.criteria.base import Ceiling
+from acalx.criteria.concave import Concave
 from acalx.errors import ArgumentError
-from acalx.information import Information, Parameter, parameter_groups
+from acalx.numerics.arrays import Array
+from acalx.quantities.information import Information
+from acalx.quantities.parameter import Parameter, parameter_groups
 
 __all__ = ["Target"]
 
@@ -23,7 +25,7 @@ _POWER = 300.0
 
 @final
 @dataclass(frozen=True)
-class Target(Ceiling):
+class Target(Ceiling, Concave):
     """log of the largest variance over the square of what is wanted of it.
 
     1 or less means that every parameter of the groups is as precise as wanted, or more. With
@@ -91,7 +93,7 @@ class Target(Ceiling):
         variance = np.take_along_axis(column, worst[..., None, None], axis=-2)
         return np.asarray(-column @ column.swapaxes(-1, -2) / variance)
 
-    def smoothed(self) -> Criterion:
+    def smoothed(self) -> Concave:
         """A norm in the place of the maximum."""
         return _Norm(self)
 
@@ -150,7 +152,7 @@ class Target(Ceiling):
 
 @final
 @dataclass(frozen=True)
-class _Norm(Criterion):
+class _Norm(Concave):
     """log (sum (K_ii / s_i^2)^q)^(1/q): above the maximum by a factor m^(1/q) of m parameters at most."""
 
     target: Target

@@ -9,13 +9,13 @@ from functools import cached_property
 
 import numpy as np
 
-from acalx.arrays import Array
 from acalx.errors import ArgumentError
 from acalx.estimation.losses import Loss
 from acalx.estimation.residuals import Residual
-from acalx.information import Information
 from acalx.models import Model
-from acalx.stimulus import Stimulus
+from acalx.numerics.arrays import Array
+from acalx.quantities.information import Information
+from acalx.quantities.stimulus import Stimulus
 
 __all__ = ["Estimate", "Estimator"]
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from acalx.arrays import Array
+from acalx.numerics.arrays import Array
 
 __all__ = ["Blocks", "Interval", "Run"]
 

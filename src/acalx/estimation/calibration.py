@@ -8,12 +8,12 @@ from typing import Any, final
 
 import numpy as np
 
-from acalx.arrays import Array
 from acalx.estimation.base import Estimate
 from acalx.estimation.correction import Correction
 from acalx.estimation.readings import Readings
 from acalx.estimation.units import Unit
 from acalx.models import ScalarAccel
+from acalx.numerics.arrays import Array
 
 __all__ = ["CONFIDENCE", "Calibration"]
 

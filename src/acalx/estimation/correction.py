@@ -10,8 +10,8 @@ from typing import Any, final
 
 import numpy as np
 
-from acalx.arrays import Array
 from acalx.errors import DataError
+from acalx.numerics.arrays import Array
 
 __all__ = ["Correction", "read_correction"]
 

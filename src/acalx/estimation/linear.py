@@ -7,12 +7,12 @@ from typing import final
 
 import numpy as np
 
-from acalx.arrays import Array
 from acalx.estimation.base import Estimator, Linearize
 from acalx.estimation.losses import Loss, Squares
 from acalx.estimation.residuals import Magnitude, Residual
 from acalx.models import Model
-from acalx.stimulus import Stimulus
+from acalx.numerics.arrays import Array
+from acalx.quantities.stimulus import Stimulus
 
 __all__ = ["Linear"]
 

@@ -8,8 +8,8 @@ from typing import final
 
 import numpy as np
 
-from acalx.arrays import Array
 from acalx.errors import ArgumentError
+from acalx.numerics.arrays import Array
 
 __all__ = ["Bisquare", "Huber", "Loss", "Squares"]
 

@@ -4,36 +4,22 @@ from __future__ import annotations
 
 import numpy as np
 
-from acalx.arrays import Array
-from acalx.errors import ArgumentError, DataError
+from acalx.errors import ArgumentError, DataError, SingularError
 from acalx.estimation.base import Estimate, Estimator
 from acalx.estimation.calibration import CONFIDENCE, Calibration
 from acalx.estimation.readings import Readings
 from acalx.estimation.sphere import starting_point
 from acalx.estimation.units import Unit
-from acalx.information import Information, parameter_groups
 from acalx.models import ScalarAccel
+from acalx.numerics.arrays import Array
+from acalx.quantities.information import Information
+from acalx.quantities.parameter import parameter_groups
 
-__all__ = ["SingularError", "calibrate", "noise_of"]
+__all__ = ["calibrate", "noise_of"]
 
 # Measured positions are never quite those of a program: coefficients as small as their errors say nothing.
 _SHOWN_COEFFICIENT = 0.05
 _PER_G_UNKNOWN = "the scale is not known (per_g=null), so it has to be among the parameters that are estimated"
-
-
-class SingularError(DataError):
-    """Positions that can't show all the parameters.
-
-    Parameters
-    ----------
-    message : str
-    inestimable : list of str
-        The combinations of the parameters that they can't see.
-    """
-
-    def __init__(self, message: str, inestimable: list[str]) -> None:
-        super().__init__(message)
-        self.inestimable = inestimable
 
 
 def calibrate(

@@ -10,11 +10,11 @@ from typing import final
 
 import numpy as np
 
-from acalx.arrays import Array
 from acalx.errors import DataError
 from acalx.files import CsvFile, closest, did_you_mean, is_number
+from acalx.numerics.arrays import Array
+from acalx.quantities.stimulus import Stimulus
 from acalx.stands import Stand
-from acalx.stimulus import Stimulus
 
 __all__ = ["Readings", "data_file", "find_columns", "read_groups", "read_readings"]
 
@@ -172,7 +172,7 @@ class _Reader:
 
     def __init__(self, file: CsvFile, header: list[str], columns: Sequence[str], stand: Stand | None) -> None:
         self.file, self.header, self.stand = file, header, stand
-        angles = () if stand is None else stand.columns
+        angles = () if stand is None else stand.axes.columns
         deviations = next((names for names in _DEVIATIONS if set(names) <= set(header)), ())
         verticals = next((names for names in (_COSINES, angles) if names and set(names) <= set(header)), ())
         counts = ("n",) if "n" in header else ()
@@ -217,7 +217,7 @@ class _Reader:
         if self.parts["verticals"] == _COSINES:
             return np.asarray(verticals / np.linalg.norm(verticals, axis=1, keepdims=True))
         assert self.stand is not None  # its angles are there
-        force = self.stand.stimulus(self.stand.read(verticals)).specific_force
+        force = self.stand.stimulus(self.stand.axes.read(verticals)).specific_force
         if force is None:
             raise DataError(f"{self.file.path}: stand {type(self.stand).__name__} does not provide the vertical")
         return force

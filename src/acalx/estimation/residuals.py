@@ -8,10 +8,10 @@ from typing import final
 
 import numpy as np
 
-from acalx.arrays import Array
 from acalx.errors import CompatibilityError, DataError
 from acalx.models import Model, ScalarAccel
-from acalx.stimulus import Stimulus
+from acalx.numerics.arrays import Array
+from acalx.quantities.stimulus import Stimulus
 
 __all__ = ["Magnitude", "Oriented", "Outputs", "Residual"]
 

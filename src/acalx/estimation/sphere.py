@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from acalx.arrays import Array
-from acalx.information import parameter_groups
 from acalx.models import ScalarAccel
+from acalx.numerics.arrays import Array
+from acalx.quantities.parameter import parameter_groups
 
 __all__ = ["fit_sphere", "starting_point"]
 

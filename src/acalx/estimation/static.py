@@ -10,11 +10,11 @@ from typing import final
 
 import numpy as np
 
-from acalx.arrays import Array
 from acalx.errors import ArgumentError, DataError
 from acalx.estimation.blocks import Blocks, Interval, Run
 from acalx.estimation.readings import AXES, Readings, data_file, find_columns
 from acalx.files import CsvFile
+from acalx.numerics.arrays import Array
 
 __all__ = ["StaticIntervals"]
 

@@ -8,10 +8,11 @@ from typing import Protocol
 
 import numpy as np
 
-from acalx.arrays import Array
 from acalx.errors import CompatibilityError
-from acalx.information import Information, Parameter
-from acalx.stimulus import Stimulus
+from acalx.numerics.arrays import Array
+from acalx.quantities.information import Information
+from acalx.quantities.parameter import Parameter
+from acalx.quantities.stimulus import Stimulus
 
 __all__ = ["Model"]
 

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import final
 
-from acalx.information import Parameter
 from acalx.models.base import Model
 from acalx.models.joined import Composite
 from acalx.models.polynomial import Polynomial, Term, require_noise
-from acalx.stimulus import EARTH_RATE
+from acalx.quantities.parameter import Parameter
+from acalx.quantities.stimulus import EARTH_RATE
 
 __all__ = ["GyroRateTable"]
 

@@ -11,11 +11,12 @@ from typing import final
 
 import numpy as np
 
-from acalx.arrays import Array, empty_as
 from acalx.errors import ArgumentError
-from acalx.information import Information, Parameter
 from acalx.models.base import Model
-from acalx.stimulus import Stimulus
+from acalx.numerics.arrays import Array, empty_as
+from acalx.quantities.information import Information
+from acalx.quantities.parameter import Parameter
+from acalx.quantities.stimulus import Stimulus
 
 __all__ = ["Composite", "Joined"]
 

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import final
 
-from acalx.information import Parameter
 from acalx.models.polynomial import Polynomial, Term, require_axis, require_noise
+from acalx.quantities.parameter import Parameter
 
 __all__ = ["PlatformAccel"]
 

@@ -9,11 +9,11 @@ from typing import final
 
 import numpy as np
 
-from acalx.arrays import Array, components, empty_as
 from acalx.errors import ArgumentError
-from acalx.information import Parameter
 from acalx.models.base import Model
-from acalx.stimulus import Stimulus
+from acalx.numerics.arrays import Array, components, empty_as
+from acalx.quantities.parameter import Parameter
+from acalx.quantities.stimulus import Stimulus
 
 __all__ = ["ScalarAccel"]
 

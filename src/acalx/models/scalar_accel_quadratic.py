@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import final
 
-from acalx.information import Parameter
 from acalx.models.polynomial import Polynomial, Term
 from acalx.models.scalar_accel import ScalarAccel
+from acalx.quantities.parameter import Parameter
 
 __all__ = ["ScalarAccelQuadratic"]
 

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import final
 
-from acalx.information import Parameter
 from acalx.models.base import Model
 from acalx.models.joined import Composite
 from acalx.models.polynomial import Polynomial, Term, require_noise
+from acalx.quantities.parameter import Parameter
 
 __all__ = ["VectorAccel"]
 

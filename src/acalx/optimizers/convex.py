@@ -7,14 +7,16 @@ from typing import final
 
 import numpy as np
 
-from acalx.arrays import Array
-from acalx.errors import AcalxError, ArgumentError, CompatibilityError
-from acalx.optimizers.agreement import distinct_solutions, judge
-from acalx.optimizers.base import Account, Design, Optimizer, Result
-from acalx.optimizers.conic import Conic, SolverError, choose_solvers, installed_solvers
-from acalx.optimizers.options import require_count, require_positive
-from acalx.optimizers.settle import settle
+from acalx.criteria import Concave, concave_of
+from acalx.errors import AcalxError, ArgumentError, CompatibilityError, Option
+from acalx.numerics.arrays import Array
+from acalx.optimizers.base import Optimizer
+from acalx.options import require_count, require_positive
 from acalx.problem import Problem
+from acalx.search.account import Account
+from acalx.search.agreement import distinct_solutions, judge
+from acalx.search.result import ApproximateDesign, Result
+from acalx.search.settle import settle
 from acalx.weights import (
     Candidates,
     Positions,
@@ -25,6 +27,7 @@ from acalx.weights import (
     optimal_weights,
     random_roundings,
 )
+from acalx.weights.conic import Conic, SolverError, choose_solvers, installed_solvers
 
 __all__ = ["Convex"]
 
@@ -38,7 +41,7 @@ _SHAKE = 0.1
 
 @final
 @dataclass(frozen=True)
-class Convex(Optimizer):
+class Convex(Optimizer[Result]):
     """Convex optimization of the weights of candidate positions, then rounding.
 
     Weights in place of whole numbers of measurements make the problem convex, so that its
@@ -91,24 +94,20 @@ class Convex(Optimizer):
 
     def check(self, problem: Problem) -> None:
         """Refuses criteria without a convex form, and a named solver that is not installed."""
-        if problem.criterion.degree(len(problem.parameters)) is None:
-            raise CompatibilityError(
-                f"optimizer {type(self).__name__} needs a convex criterion, and {problem.criterion.label} does not say "
-                "that it is one; use criterion=d, a or e, give the criterion `degree` and `convex`, "
-                "or use optimizer=gradient or de"
-            )
+        _concave(problem)
         if self.solver is not None and self.solver not in (installed := installed_solvers()):
             have = f"installed are {', '.join(installed)}" if installed else "cvxpy is not installed at all"
             raise ArgumentError(f"solver={self.solver}: cvxpy has no such solver here; {have}, or leave it null")
 
     def search(self, problem: Problem, rng: np.random.Generator, account: Account) -> Result:
         """Weights, roundings, polish."""
-        positions = problem.stand.candidates(self.candidates, self.kind, rng)
+        positions = problem.stand.axes.candidates(self.candidates, self.kind, rng)
         candidates = Positions(problem.stand, problem.model, positions)
-        found, how = self._weights(problem, candidates)
+        criterion = _concave(problem)
+        found, how = self._weights(problem, criterion, candidates)
         rows, settings = candidates.regressors(found.index), candidates.settings[found.index]
         points = alike(rows, found.weights, found.information.covariance)
-        design = Design(settings, found.weights, points, found.loss, found.gap, len(candidates), how)
+        design = ApproximateDesign(settings, found.weights, points, found.loss, found.gap, len(candidates), how)
         descent = settle(problem, self._roundings(problem, design, rng), account=account)
         verdict = judge(descent.loss, self.agreement)
         reached = found.gap <= self.tolerance
@@ -116,28 +115,25 @@ class Convex(Optimizer):
             f"{design.count} support points among {len(candidates)} candidates, gap {found.gap:.1e} "
             f"{'' if reached else f'instead of {self.tolerance:g} '}({how}); of the roundings, {verdict}"
         )
-        return Result(
+        return account.result(
             "ok" if reached else "limit",
             message,
             distinct_solutions(problem, descent.settings, descent.loss, self.agreement),
-            account.evaluations,
-            account.seconds,
-            account.history,
             design=design,
         )
 
-    def _weights(self, problem: Problem, candidates: Candidates) -> tuple[Weights, str]:
+    def _weights(self, problem: Problem, criterion: Concave, candidates: Candidates) -> tuple[Weights, str]:
         """Weights by cvxpy and Newton's method, and in words how they came about."""
         failures: list[str] = []
         for solver in choose_solvers() if self.solver is None else [self.solver]:
-            conic = Conic(problem.criterion, problem.parameters, solver)
+            conic = Conic(criterion, problem.parameters, solver)
             if not conic.fits:
-                failures.append(f"{problem.criterion.label} gives cvxpy no expression")
+                failures.append(f"{criterion.label} gives cvxpy no expression")
                 break
             try:
                 rough = optimal_weights(
                     candidates,
-                    problem.criterion,
+                    criterion,
                     base=problem.base_share if problem.held else None,
                     tolerance=max(_CONIC_GAP, self.tolerance),
                     rounds=self.rounds,
@@ -151,23 +147,25 @@ class Convex(Optimizer):
                 continue
             ended = f"{solver} to {rough.gap:.0e}{', inaccurately' if conic.inaccurate else ''}"
             how = "; ".join([*failures, ended])
-            if rough.gap <= self.tolerance or not newton_fits(problem.criterion, len(problem.parameters)):
+            if rough.gap <= self.tolerance or not newton_fits(criterion, len(problem.parameters)):
                 return rough, how
-            fine = self._newton(problem, candidates, rough.index)
+            fine = self._newton(problem, criterion, candidates, rough.index)
             return (fine, f"{how}, then Newton's method") if fine.gap < rough.gap else (rough, how)
-        return self._newton(problem, candidates, None), "; ".join([*failures, "Newton's method alone"])
+        return self._newton(problem, criterion, candidates, None), "; ".join([*failures, "Newton's method alone"])
 
-    def _newton(self, problem: Problem, candidates: Candidates, start: np.ndarray | None) -> Weights:
+    def _newton(
+        self, problem: Problem, criterion: Concave, candidates: Candidates, start: np.ndarray | None
+    ) -> Weights:
         return optimal_weights(
             candidates,
-            problem.criterion,
+            criterion,
             base=problem.base_share if problem.held else None,
             tolerance=self.tolerance,
             rounds=self.rounds,
             start=start,
         )
 
-    def _roundings(self, problem: Problem, design: Design, rng: np.random.Generator) -> Array:
+    def _roundings(self, problem: Problem, design: ApproximateDesign, rng: np.random.Generator) -> Array:
         """Programs (s, n, d) to polish: the efficient rounding, and the best of many random ones."""
         settings, weights = design.merged()
         free = problem.n - problem.held
@@ -178,19 +176,33 @@ class Convex(Optimizer):
         if problem.fixed is not None:
             fixed = np.broadcast_to(problem.fixed, (len(programs), *problem.fixed.shape))
             programs = np.concatenate([fixed, programs], axis=1)
-        programs = problem.apart(programs, rng)
+        programs = problem.restrictions.apart(programs, rng)
         order = np.argsort(problem.loss(programs[1:]), kind="stable") + 1
         programs = programs[np.concatenate([[0], order])[: self.roundings]]
         programs[1:] = _shaken(problem, rng, programs[1:])
         # with fewer positions than points some roundings can't estimate all the parameters
         singular = ~np.isfinite(problem.loss(programs))
-        programs[singular] = problem.random(rng, int(singular.sum()))
+        programs[singular] = problem.restrictions.random(rng, int(singular.sum()))
         return np.asarray(programs)
 
 
 def _shaken(problem: Problem, rng: np.random.Generator, programs: Array) -> Array:
     """Angles moved a little: on the symmetric points of a design a descent can end on a saddle."""
-    lower, upper = problem.limits_around(programs)
+    lower, upper = problem.restrictions.limits_around(programs)
     moved = programs + rng.normal(0.0, _SHAKE, programs.shape)
     moved = np.clip(moved, lower.reshape(programs.shape), upper.reshape(programs.shape))
-    return problem.project(moved, programs)
+    return problem.restrictions.project(moved, programs)
+
+
+def _concave(problem: Problem) -> Concave:
+    """The problem's criterion as one whose weights are a convex problem."""
+    concave = concave_of(problem.objective.criterion)
+    if concave is None:
+        raise CompatibilityError(
+            "optimizer Convex needs a convex criterion, and {label} does not say that it is one; use {d}, a or e, "
+            "derive the criterion from acalx.criteria.Concave with its `degree` and `convex`, or use {other} or de",
+            label=problem.criterion.label,
+            d=Option("criterion", "d", "D()"),
+            other=Option("optimizer", "gradient", "Gradient()"),
+        )
+    return concave

@@ -8,13 +8,15 @@ from typing import Any, final
 
 import numpy as np
 
-from acalx.arrays import Array
 from acalx.errors import ArgumentError
-from acalx.optimizers.agreement import distinct_solutions, fewest_starts, judge
-from acalx.optimizers.base import Account, Optimizer, Result, Status
-from acalx.optimizers.options import require_count, require_positive
-from acalx.optimizers.settle import settle
+from acalx.numerics.arrays import Array
+from acalx.optimizers.base import Optimizer
+from acalx.options import require_count, require_positive
 from acalx.problem import Problem
+from acalx.search.account import Account
+from acalx.search.agreement import distinct_solutions, fewest_starts, judge
+from acalx.search.result import Result, Status
+from acalx.search.settle import settle
 
 __all__ = ["DifferentialEvolution"]
 
@@ -30,14 +32,14 @@ _STRATEGIES = tuple(base + crossover for base in _BASES for crossover in ("bin",
 
 @final
 @dataclass(frozen=True)
-class DifferentialEvolution(Optimizer):
+class DifferentialEvolution(Optimizer[Result]):
     """scipy's differential evolution, restarted from different populations.
 
     A whole population is evaluated in one call. Each restart begins with another population
     and ends when the population has drawn together or after `maxiter` generations; its best
     program is then polished by descent along the gradient, or from stop to stop where the stand
     has steps. It ends early when several restarts agree on the best loss and, where there was a polish, a
-    better minimum is not to be expected (see `acalx.optimizers.agreement`).
+    better minimum is not to be expected (see `acalx.search.agreement`).
 
     Parameters
     ----------
@@ -126,7 +128,7 @@ class DifferentialEvolution(Optimizer):
                 break
         solutions = distinct_solutions(problem, settings, losses, self.agreement)
         gain = float(raw.min() - losses.min()) if self.polish and np.isfinite(raw.min()) else None
-        return Result(status, message, solutions, account.evaluations, account.seconds, account.history, gain)
+        return account.result(status, message, solutions, gain=gain)
 
     def _evolve(
         self, problem: Problem, space: _Space, rng: np.random.Generator, account: Account, done: float
@@ -165,7 +167,7 @@ class DifferentialEvolution(Optimizer):
             rng=rng,
             callback=count,
             polish=False,
-            init=space.population(rng, self.popsize) if problem.restricted else "latinhypercube",
+            init=space.population(rng, self.popsize) if problem.restrictions.active else "latinhypercube",
             updating="deferred",
             vectorized=True,
             integrality=space.integrality,
@@ -198,7 +200,7 @@ class _Space:
 
     def population(self, rng: np.random.Generator, popsize: int) -> Array:
         """First members, (popsize times the angles, k), permitted programs all: scipy's own would hardly be."""
-        programs = self.problem.random(rng, max(5, popsize * len(self.bounds)))[:, self.problem.held :]
+        programs = self.problem.restrictions.random(rng, max(5, popsize * len(self.bounds)))[:, self.problem.held :]
         columns = [
             programs[..., k] if stops is None else np.searchsorted(stops, programs[..., k] - 1e-9)
             for k, stops in enumerate(self.stops)

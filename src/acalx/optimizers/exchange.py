@@ -7,15 +7,17 @@ from typing import final
 
 import numpy as np
 
-from acalx.arrays import Array
-from acalx.optimizers.agreement import distinct_solutions
-from acalx.optimizers.base import Account, Optimizer, Result, Status
-from acalx.optimizers.descent import descend
-from acalx.optimizers.options import require_count, require_positive
-from acalx.optimizers.settle import settle
-from acalx.optimizers.starts import regular_starts
-from acalx.optimizers.swaps import Candidates, candidates_of, descend_swaps, nearest
+from acalx.numerics.arrays import Array
+from acalx.optimizers.base import Optimizer
+from acalx.options import require_count, require_positive
 from acalx.problem import Problem
+from acalx.search.account import Account
+from acalx.search.agreement import distinct_solutions
+from acalx.search.descent import descend
+from acalx.search.result import Result, Status
+from acalx.search.settle import settle
+from acalx.search.starts import regular_starts
+from acalx.search.swaps import Candidates, candidates_of, descend_swaps, nearest
 
 __all__ = ["Exchange"]
 
@@ -30,7 +32,7 @@ _STEPS = 300
 
 @final
 @dataclass(frozen=True)
-class Exchange(Optimizer):
+class Exchange(Optimizer[Result]):
     """Exchanges one position after another for the best candidate, from many starts.
 
     Candidates are all the stops of the stand. Where a setting has no steps they are a grid, and
@@ -97,7 +99,7 @@ class Exchange(Optimizer):
                 break
         settings, losses = (np.concatenate(parts) for parts in zip(*ends, strict=True))
         solutions = distinct_solutions(problem, settings, losses, self.agreement)
-        return Result(status, message, solutions, account.evaluations, account.seconds, account.history)
+        return account.result(status, message, solutions)
 
     def _chain(
         self, problem: Problem, candidates: Candidates | None, rng: np.random.Generator, account: Account
@@ -130,7 +132,7 @@ class Exchange(Optimizer):
 
     def _rounded(self, problem: Problem, starts: Array, candidates: Candidates | None, account: Account) -> Array:
         """Minima of the stand without its steps, rounded to candidates."""
-        limits = problem.limits_around(starts, hold=[False] * problem.d)
+        limits = problem.restrictions.limits_around(starts, hold=[False] * problem.d)
         unseen = Account()  # these programs are not on the stand's stops
         descent = descend(problem, starts, account=unseen, limits=limits, tolerance=_COARSE, iterations=_STEPS)
         account.evaluations += unseen.evaluations
@@ -160,5 +162,5 @@ class Exchange(Optimizer):
         ranks = rng.random((len(programs), free)).argsort(axis=1)
         which = np.zeros((len(programs), problem.n), dtype=bool)
         which[:, problem.held :] = ranks < changed[:, None]
-        programs[which] = problem.stand.random(rng, (int(which.sum()),))
-        return problem.apart(programs, rng)
+        programs[which] = problem.stand.axes.random(rng, (int(which.sum()),))
+        return problem.restrictions.apart(programs, rng)

@@ -7,18 +7,21 @@ from typing import final
 
 import numpy as np
 
-from acalx.optimizers.agreement import distinct_solutions
-from acalx.optimizers.base import Account, Optimizer, Result, Status, refuse_steps
-from acalx.optimizers.options import require_count, require_positive
-from acalx.optimizers.starts import descend_from_many
+from acalx.errors import Option
+from acalx.optimizers.base import Optimizer, refuse_steps
+from acalx.options import require_count, require_positive
 from acalx.problem import Problem
+from acalx.search.account import Account
+from acalx.search.agreement import distinct_solutions
+from acalx.search.result import Result, Status
+from acalx.search.starts import descend_from_many
 
 __all__ = ["Gradient"]
 
 
 @final
 @dataclass(frozen=True)
-class Gradient(Optimizer):
+class Gradient(Optimizer[Result]):
     """Descends by exact gradients from random programs, several at a time.
 
     It ends early when the starts agree: when, from the number of different minima that they
@@ -40,7 +43,7 @@ class Gradient(Optimizer):
     iterations : int
         Most steps of a descent.
 
-    See `acalx.optimizers.agreement` for the rule for ending.
+    See `acalx.search.agreement` for the rule for ending.
     """
 
     starts: int = 200
@@ -57,7 +60,7 @@ class Gradient(Optimizer):
 
     def check(self, problem: Problem) -> None:
         """Refuses stands with steps."""
-        refuse_steps(self, problem, "optimizer=exchange")
+        refuse_steps(self, problem, Option("optimizer", "exchange", "Exchange()"))
 
     def search(self, problem: Problem, rng: np.random.Generator, account: Account) -> Result:
         """Batches of starts until they agree."""
@@ -73,11 +76,8 @@ class Gradient(Optimizer):
         )
         status: Status = "ok" if ends.settled else "limit"
         how = "stopped early, the starts agree" if ends.settled else "all starts used"
-        return Result(
+        return account.result(
             status,
             f"{how}: {ends.verdict}",
             distinct_solutions(problem, ends.settings, ends.losses, self.agreement),
-            account.evaluations,
-            account.seconds,
-            account.history,
         )

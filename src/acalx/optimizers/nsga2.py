@@ -7,15 +7,18 @@ from typing import TYPE_CHECKING, Any, ClassVar, final
 
 import numpy as np
 
-from acalx.arrays import Array
-from acalx.errors import AcalxError, ArgumentError
-from acalx.optimizers.base import Account, Optimizer, Result, no_regular_program
-from acalx.optimizers.front import FrontSearch
-from acalx.optimizers.options import require_count, require_points, require_positive
-from acalx.optimizers.pareto import nondominated, spread
-from acalx.optimizers.settle import settle
-from acalx.optimizers.starts import regular_starts
+from acalx.errors import ArgumentError
+from acalx.numerics.arrays import Array
+from acalx.optimizers.base import Optimizer
+from acalx.options import require_count, require_points, require_positive
 from acalx.problem import Problem
+from acalx.search.account import Account
+from acalx.search.front import FrontSearch
+from acalx.search.pareto import nondominated, spread
+from acalx.search.regularity import no_regular_program
+from acalx.search.result import Front
+from acalx.search.settle import settle
+from acalx.search.starts import regular_starts
 
 if TYPE_CHECKING:
     from pymoo.core.algorithm import Algorithm
@@ -33,7 +36,7 @@ _EVOLUTION = 0.7
 
 @final
 @dataclass(frozen=True)
-class NSGA2(Optimizer):
+class NSGA2(Optimizer[Front]):
     """pymoo's NSGA-II, then a polish by gradient.
 
     A whole population is evaluated in one call. Evolution alone stays some thousandths above
@@ -88,13 +91,13 @@ class NSGA2(Optimizer):
         """Refuses fewer points than objectives."""
         require_points("points", self.points, len(problem.singles))
 
-    def search(self, problem: Problem, rng: np.random.Generator, account: Account) -> Result:
+    def search(self, problem: Problem, rng: np.random.Generator, account: Account) -> Front:
         """Evolution, then the polish."""
         self._evolve(problem, rng, account)
         if account.front is None:
-            raise AcalxError(no_regular_program(problem))
+            raise no_regular_program(problem)
         settled, polish = True, ""
-        if self.polish and problem.stand.stepped:
+        if self.polish and problem.stand.axes.stepped:
             self._polish_stops(problem, account)
             polish = ", its ends polished from stop to stop"
         elif self.polish:
@@ -108,7 +111,7 @@ class NSGA2(Optimizer):
         account.hold(programs[chosen], losses[chosen])
         count = f"{len(chosen)} points on the front" if len(chosen) > 1 else "one program is best in all objectives"
         message = f"{count} after {self.generations} generations{polish}"
-        return Result.of_front("ok" if settled else "limit", message, problem, account)
+        return account.front_result("ok" if settled else "limit", message, problem.restrictions.canonical)
 
     def _evolve(self, problem: Problem, rng: np.random.Generator, account: Account) -> None:
         """Generations of pymoo's algorithm; the account holds the front of the last."""
@@ -181,14 +184,14 @@ class _Space:
 
     def __init__(self, problem: Problem) -> None:
         self.shape = (problem.n, problem.d)
-        lower, upper = np.tile(problem.stand.bounds, (problem.n, 1)).T
+        lower, upper = np.tile(problem.stand.axes.bounds, (problem.n, 1)).T
         self.free = np.arange(problem.held * problem.d, problem.n * problem.d)
         self.fixed = np.zeros(problem.n * problem.d)
         if problem.fixed is not None:
             self.fixed[: problem.held * problem.d] = problem.fixed.ravel()
         settings = problem.stand.settings * problem.n
         self.stops = [settings[k].stops() if settings[k].step is not None else None for k in self.free]
-        self.whole = problem.stand.stepped
+        self.whole = problem.stand.axes.stepped
         if self.whole and any(stops is None for stops in self.stops):
             raise ArgumentError("optimizer NSGA2 takes steps of all the angles of a stand or of none")
         self.lower = np.array([lower[k] if s is None else 0.0 for k, s in zip(self.free, self.stops, strict=True)])

@@ -7,19 +7,22 @@ from typing import ClassVar, final
 
 import numpy as np
 
-from acalx.errors import AcalxError
-from acalx.optimizers.base import Account, Optimizer, Result, no_regular_program, refuse_steps
-from acalx.optimizers.front import FrontSearch
-from acalx.optimizers.options import require_count, require_points, require_positive
-from acalx.optimizers.starts import regular_starts
+from acalx.errors import Option
+from acalx.optimizers.base import Optimizer, refuse_steps
+from acalx.options import require_count, require_points, require_positive
 from acalx.problem import Problem
+from acalx.search.account import Account
+from acalx.search.front import FrontSearch
+from acalx.search.regularity import no_regular_program
+from acalx.search.result import Front
+from acalx.search.starts import regular_starts
 
 __all__ = ["Scalarized"]
 
 
 @final
 @dataclass(frozen=True)
-class Scalarized(Optimizer):
+class Scalarized(Optimizer[Front]):
     """Front of several objectives: each point is where descent meets a goal of its own.
 
     The ends are as good under their objective as `Gradient` alone finds. Between them goals are
@@ -58,16 +61,16 @@ class Scalarized(Optimizer):
 
     def check(self, problem: Problem) -> None:
         """Refuses stands with steps, and fewer points than objectives."""
-        refuse_steps(self, problem, "optimizer=nsga2")
+        refuse_steps(self, problem, Option("optimizer", "nsga2", "NSGA2()"))
         require_points("points", self.points, len(problem.singles))
 
-    def search(self, problem: Problem, rng: np.random.Generator, account: Account) -> Result:
+    def search(self, problem: Problem, rng: np.random.Generator, account: Account) -> Front:
         """Ends, then goals between them."""
         search = FrontSearch(self.points, self.starts, self.batch, self.agreement, self.tolerance, self.iterations)
         settled = search.run(problem, rng, account, regular_starts(problem, rng, self.seeds))
         if account.front is None:
-            raise AcalxError(no_regular_program(problem))
+            raise no_regular_program(problem)
         count = len(account.front[1])
         message = f"{count} points on the front" if count > 1 else "the objectives agree: one program is best in all"
         message += "" if settled else "; the starts under one objective alone did not agree"
-        return Result.of_front("ok" if settled else "limit", message, problem, account)
+        return account.front_result("ok" if settled else "limit", message, problem.restrictions.canonical)

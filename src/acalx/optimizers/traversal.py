@@ -9,14 +9,17 @@ from typing import final
 
 import numpy as np
 
-from acalx.arrays import Array
+from acalx.criteria.answers import loss_of
 from acalx.errors import AcalxError, ArgumentError, CompatibilityError, NoProgramError
-from acalx.information import Information
-from acalx.optimizers.agreement import distinct_solutions
-from acalx.optimizers.base import Account, Optimizer, Result, Survey
-from acalx.optimizers.options import require_count
+from acalx.numerics.arrays import Array
+from acalx.optimizers.base import Optimizer
+from acalx.options import require_count
 from acalx.problem import Problem
-from acalx.sequences import RULES, regular_sequences
+from acalx.programs.sequences import RULES, regular_sequences
+from acalx.quantities.information import Information
+from acalx.search.account import Account
+from acalx.search.agreement import distinct_solutions
+from acalx.search.result import Result, Survey
 
 __all__ = ["Traversal"]
 
@@ -33,7 +36,7 @@ _CHUNK_BYTES = 2**25
 
 @final
 @dataclass(frozen=True)
-class Traversal(Optimizer):
+class Traversal(Optimizer[Result]):
     """Looks at every regular sequence for every number N of positions up to the problem's n.
 
     A sequence is given by start angles, step angles and a rule of change. Programs are compared
@@ -125,7 +128,10 @@ class Traversal(Optimizer):
         least = self.n_from or max(problem.model.smallest_n, problem.held + 1)
         numbers = np.arange(least if self.shorter else problem.n, problem.n + 1)
         losses = np.full((len(sequences), len(numbers)), np.inf)
-        names = [*(f"start_{c}" for c in problem.stand.columns), *(f"step_{c}" for c in problem.stand.columns)]
+        names = [
+            *(f"start_{c}" for c in problem.stand.axes.columns),
+            *(f"step_{c}" for c in problem.stand.axes.columns),
+        ]
         survey = Survey(tuple(names), sequences, numbers, losses)
         size = max(1, _CHUNK_BYTES // (problem.n * 8 * len(problem.parameters) ** 2))
         try:
@@ -144,13 +150,10 @@ class Traversal(Optimizer):
             raise NoProgramError(self._nothing(problem, survey))
         programs = self._keep(problem, survey, account)
         solutions = distinct_solutions(problem, programs, problem.loss(programs), _AGREEMENT, sort=False)
-        return Result(
+        return account.result(
             "ok",
             self._message(survey),
             solutions,
-            account.evaluations,
-            account.seconds,
-            account.history,
             survey=survey,
         )
 
@@ -169,7 +172,7 @@ class Traversal(Optimizer):
         sequences = np.concatenate([np.repeat(begin, len(step), axis=0), np.tile(step, (len(begin), 1))], axis=1)
         if problem.fixed is None or not self.extends:
             return sequences
-        apart = self._regular(problem, sequences, problem.held) - problem.stand.wrap(problem.fixed)
+        apart = self._regular(problem, sequences, problem.held) - problem.stand.axes.wrap(problem.fixed)
         begun = (np.abs(np.sin(0.5 * apart)) < _SAME_ANGLE).all(axis=(1, 2))
         if not begun.any():
             raise AcalxError(
@@ -187,7 +190,7 @@ class Traversal(Optimizer):
 
     def _regular(self, problem: Problem, sequences: Array, n: int) -> Array:
         starts, steps = sequences[:, : problem.d], sequences[:, problem.d :]
-        return problem.stand.wrap(np.radians(regular_sequences(self.rule, starts, steps, n)))
+        return problem.stand.axes.wrap(np.radians(regular_sequences(self.rule, starts, steps, n)))
 
     def _keep(self, problem: Problem, survey: Survey, account: Account) -> Array:
         """The best programs (k, N, d), all of the same N; the account is told of them."""
@@ -234,16 +237,16 @@ def _per_measurement(problem: Problem, settings: Array, numbers: np.ndarray) -> 
     """Losses (s, k) of the information per measurement of the first N positions; inf where not allowed."""
     single = problem.information(settings[:, :, None, :]).matrix
     sums = single.cumsum(axis=1)[:, numbers - 1] / numbers[:, None, None]
-    losses = problem.loss_of(Information(sums, problem.parameters))
+    losses = loss_of(problem.objective.criterion, Information(sums, problem.parameters))
     allowed = _within(problem, settings)[:, numbers - 1]
     if not problem.replicates:
-        allowed &= np.stack([problem.permits(settings[:, :number]) for number in numbers], axis=1)
+        allowed &= np.stack([problem.restrictions.permits(settings[:, :number]) for number in numbers], axis=1)
     return np.where(allowed, losses, np.inf)
 
 
 def _within(problem: Problem, settings: Array) -> np.ndarray:
     """Whether the first N positions of programs (s, n, d) are within the limits that bind them, (s, n)."""
-    allows = problem.stand.allows(settings)
+    allows = problem.stand.axes.allows(settings)
     allows[:, : problem.held] = True  # the stand's limits don't bind fixed positions
     return np.logical_and.accumulate(allows, axis=1)
 

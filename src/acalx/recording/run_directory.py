@@ -17,9 +17,10 @@ from typing import Any
 
 import numpy as np
 
-from acalx.arrays import Array
 from acalx.errors import ArgumentError
-from acalx.optimizers import Design, FrontPoint, Solution, Survey
+from acalx.numerics.arrays import Array
+from acalx.search.pareto import FrontPoint
+from acalx.search.result import ApproximateDesign, Solution, Survey
 from acalx.stands import Stand
 
 __all__ = ["RunDirectory", "versions"]
@@ -144,7 +145,7 @@ class RunDirectory:
         ]
         self.write_table("alternatives.csv", ["program", "loss", "position", *_columns(stand)], rows)
 
-    def write_weights(self, stand: Stand, design: Design) -> None:
+    def write_weights(self, stand: Stand, design: ApproximateDesign) -> None:
         """weights.csv: the positions of an approximate design, the heaviest support point first.
 
         Neighbors on the grid that belong to the same support point have the same number.
@@ -190,12 +191,12 @@ def versions() -> dict[str, str]:
 
 
 def _columns(stand: Stand) -> list[str]:
-    return [*stand.columns, "eta_x", "eta_y", "eta_z"]
+    return [*stand.axes.columns, "eta_x", "eta_y", "eta_z"]
 
 
 def _rows(stand: Stand, settings: Array) -> list[list[Any]]:
     force = stand.stimulus(settings).specific_force
-    angles = stand.written(settings).tolist()
+    angles = stand.axes.written(settings).tolist()
     directions = [[]] * len(angles) if force is None else (force + 0.0).tolist()
     return [
         [number, *map(repr, row), *map(repr, eta)]

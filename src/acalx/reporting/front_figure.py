@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from acalx.arrays import Array
+from acalx.numerics.arrays import Array
 from acalx.reporting.figures import INK, PALE, SERIES, new_figure, save
 
 if TYPE_CHECKING:

@@ -6,7 +6,7 @@ import sys
 from dataclasses import dataclass, field
 from typing import TextIO
 
-from acalx.optimizers import Account
+from acalx.search.account import Account
 
 __all__ = ["Progress"]
 

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from acalx.arrays import Array
-from acalx.information import Parameter
+from acalx.numerics.arrays import Array
+from acalx.quantities.parameter import Parameter
 from acalx.stands import Stand
 
 __all__ = ["align", "figures_table", "markdown", "program_table", "units_line", "weights_table"]
@@ -42,7 +42,7 @@ def program_table(stand: Stand, settings: Array, held: int = 0, most: int = 60) 
     rows = [["position", *(f"{setting.name} {setting.unit.symbol}" for setting in stand.settings)]]
     if force is not None:
         rows[0] += ["eta x", "eta y", "eta z"]
-    for k, angles in enumerate(stand.written(settings[:most])):
+    for k, angles in enumerate(stand.axes.written(settings[:most])):
         row = [f"{k + 1} fixed" if k < held else str(k + 1), *(f"{angle + 0.0:.2f}" for angle in angles)]
         if force is not None:
             row += [f"{value:+.4f}" for value in np.round(force[k], 4) + 0.0]
@@ -57,7 +57,7 @@ def weights_table(stand: Stand, settings: Array, weights: Array, most: int = 20)
     """Support points of an approximate design, the heaviest first, with their shares of the time in percent."""
     order = np.argsort(-weights, kind="stable")
     force = stand.stimulus(settings).specific_force
-    rows = [["support point", *(f"{name} deg" for name in stand.names)]]
+    rows = [["support point", *(f"{name} deg" for name in stand.axes.names)]]
     rows[0] += [] if force is None else ["eta x", "eta y", "eta z"]
     rows[0].append("dwell share")
     for number, k in enumerate(order[:most], 1):
@@ -72,7 +72,7 @@ def weights_table(stand: Stand, settings: Array, weights: Array, most: int = 20)
 
 
 def figures_table(columns: Mapping[str, Mapping[str, Any]]) -> list[list[str]]:
-    """Figures of merit (see `acalx.metrics`) of one or several programs side by side.
+    """Figures of merit (see `acalx.planning.metrics`) of one or several programs side by side.
 
     Parameters
     ----------

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from acalx.arrays import Array
+from acalx.numerics.arrays import Array
 from acalx.reporting.figures import new_figure, save
 
 __all__ = ["draw_validation"]

@@ -5,15 +5,17 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
-from acalx.arrays import Array
 from acalx.errors import ArgumentError, CompatibilityError
 from acalx.models import Composite, Joined, Model
-from acalx.optimizers import Optimizer, Result, Solution
-from acalx.optimizers.base import Status, Watch
+from acalx.numerics.arrays import Array
+from acalx.optimizers import Optimizer
 from acalx.problem import Problem
+from acalx.search.account import Watch
+from acalx.search.result import Found, Result, Solution, Status
 
 __all__ = ["Designed", "Part", "Scheme", "joined_result", "kinds_of", "part_problem", "search_part"]
 
@@ -46,13 +48,13 @@ class Designed:
 
     Parameters
     ----------
-    result : Result
+    result : Result or Front
         For the whole problem; the program may have fewer positions than its n.
     parts : tuple of Part
         What was designed separately, in the order of the program; empty where nothing was.
     """
 
-    result: Result
+    result: Found
     parts: tuple[Part, ...] = ()
 
 
@@ -68,7 +70,7 @@ class Scheme(ABC):
 
     @abstractmethod
     def solve(
-        self, problem: Problem, optimizer: Optimizer, rng: np.random.Generator, watch: Watch | None = None
+        self, problem: Problem, optimizer: Optimizer[Any], rng: np.random.Generator, watch: Watch | None = None
     ) -> Designed:
         """Design a program of at most n positions.
 
@@ -106,7 +108,7 @@ def kinds_of(scheme: Scheme, problem: Problem) -> dict[str, Model]:
             f"scheme={name} designs for each kind of sensors separately, but model {type(problem.model).__name__} "
             "has one kind only; use scheme=joint, or a model of several, such as model=platform or model=joined"
         )
-    if len(problem.criterion.objectives) > 1:
+    if len(problem.singles) > 1:
         raise CompatibilityError(f"scheme={name} takes one criterion; for several objectives use scheme=joint")
     return {kind: models[0] if len(models) == 1 else Joined(models) for kind, models in found.items()}
 
@@ -124,7 +126,7 @@ def part_problem(scheme: Scheme, problem: Problem, name: str, model: Model, n: i
 
 
 def search_part(
-    optimizer: Optimizer, problem: Problem, rng: np.random.Generator, watch: Watch | None, *, last: bool
+    optimizer: Optimizer[Result], problem: Problem, rng: np.random.Generator, watch: Watch | None, *, last: bool
 ) -> Result:
     """The search for one part; an interrupt ends all, since there is no program before the last part."""
     result = optimizer.solve(problem, rng, watch)
@@ -141,7 +143,7 @@ def joined_result(problem: Problem, settings: Array, message: str, parts: Sequen
     evaluations, seconds = sum(r.evaluations for r in results), sum(r.seconds for r in results)
     loss = float(problem.loss(settings))
     history = [(evaluations, seconds, loss)]
-    return Result(status, message, (Solution(settings, loss),), evaluations, seconds, history)
+    return Result(status, message, evaluations, seconds, history, (Solution(settings, loss),))
 
 
 def _single(model: Model) -> list[Model]:

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import final
+from typing import Any, final
 
 import numpy as np
 
 from acalx.optimizers import Optimizer
-from acalx.optimizers.base import Watch
 from acalx.problem import Problem
 from acalx.schemes.base import Designed, Scheme
+from acalx.search.account import Watch
 
 __all__ = ["Joint"]
 
@@ -29,7 +29,7 @@ class Joint(Scheme):
         return max(problem.model.smallest_n, problem.held + 1)
 
     def solve(
-        self, problem: Problem, optimizer: Optimizer, rng: np.random.Generator, watch: Watch | None = None
+        self, problem: Problem, optimizer: Optimizer[Any], rng: np.random.Generator, watch: Watch | None = None
     ) -> Designed:
         """The optimizer's program for the whole problem."""
         return Designed(optimizer.solve(problem, rng, watch))

@@ -4,17 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import final
+from typing import Any, final
 
 import numpy as np
 
-from acalx.arrays import Array
 from acalx.models import Model
+from acalx.numerics.arrays import Array
 from acalx.optimizers import Optimizer
-from acalx.optimizers.base import Watch
 from acalx.problem import Problem
 from acalx.schemes.base import Designed, Part, Scheme, joined_result, kinds_of, part_problem, search_part
 from acalx.schemes.division import check_positions, divide
+from acalx.search.account import Watch
 
 __all__ = ["Parallel"]
 
@@ -57,7 +57,7 @@ class Parallel(Scheme):
         return problem.held + sum({**_least(problem, kinds_of(self, problem)), **given}.values())
 
     def solve(
-        self, problem: Problem, optimizer: Optimizer, rng: np.random.Generator, watch: Watch | None = None
+        self, problem: Problem, optimizer: Optimizer[Any], rng: np.random.Generator, watch: Watch | None = None
     ) -> Designed:
         """Design for each kind, join the programs."""
         kinds = kinds_of(self, problem)
@@ -95,7 +95,7 @@ def _told(part: Part) -> str:
 
 def _served(problem: Problem, settings: Array, others: Array) -> np.ndarray:
     """Which positions (k,) others (l, d) serve as well: each of them one, or all where none may repeat."""
-    alike = problem.alike(settings, others)
+    alike = problem.restrictions.alike(settings, others)
     if not problem.replicates:
         return np.asarray(alike.any(axis=1))
     served = np.zeros(len(settings), dtype=bool)

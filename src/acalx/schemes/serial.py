@@ -4,18 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import final
+from typing import Any, final
 
 import numpy as np
 
-from acalx.arrays import Array
 from acalx.errors import AcalxError, ArgumentError
 from acalx.models import Model
+from acalx.numerics.arrays import Array
 from acalx.optimizers import Optimizer
-from acalx.optimizers.base import Watch
 from acalx.problem import Problem
 from acalx.schemes.base import Designed, Part, Scheme, joined_result, kinds_of, part_problem, search_part
 from acalx.schemes.division import check_positions, divide
+from acalx.search.account import Watch
 
 __all__ = ["Serial"]
 
@@ -66,7 +66,7 @@ class Serial(Scheme):
         return max(chosen, problem.model.smallest_n)
 
     def solve(
-        self, problem: Problem, optimizer: Optimizer, rng: np.random.Generator, watch: Watch | None = None
+        self, problem: Problem, optimizer: Optimizer[Any], rng: np.random.Generator, watch: Watch | None = None
     ) -> Designed:
         """Design for each kind after the other."""
         kinds = self._ordered(problem)

@@ -9,11 +9,11 @@ from typing import final
 
 import numpy as np
 
-from acalx.arrays import Array, components
 from acalx.models import Model
+from acalx.numerics.arrays import Array, components
+from acalx.quantities.stimulus import Stimulus
 from acalx.simulation.sources import ErrorSources
 from acalx.stands import Stand
-from acalx.stimulus import Stimulus
 
 __all__ = ["BLOCK", "Campaign", "Trials"]
 

@@ -9,8 +9,9 @@ from typing import Any, final
 
 import numpy as np
 
-from acalx.arrays import Array
-from acalx.information import Information, parameter_groups
+from acalx.numerics.arrays import Array
+from acalx.quantities.information import Information
+from acalx.quantities.parameter import parameter_groups
 
 __all__ = ["Moments", "Outcome"]
 

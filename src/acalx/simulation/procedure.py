@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from acalx.arrays import Array
 from acalx.errors import ArgumentError
 from acalx.estimation import Estimate, Estimator, Iterated, Linear, Outputs, SingularError
 from acalx.models import Model, ScalarAccel
+from acalx.numerics.arrays import Array
 from acalx.simulation.campaign import BLOCK, Campaign
 from acalx.simulation.outcome import Moments, Outcome
 

@@ -9,10 +9,10 @@ from typing import TypeGuard, final
 
 import numpy as np
 
-from acalx.arrays import Array
 from acalx.errors import ArgumentError, CompatibilityError
-from acalx.information import Parameter, parameter_groups
 from acalx.models import Model
+from acalx.numerics.arrays import Array
+from acalx.quantities.parameter import Parameter, parameter_groups
 from acalx.stands import Stand
 
 __all__ = ["ErrorSources"]

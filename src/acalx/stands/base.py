@@ -4,22 +4,18 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from functools import cached_property
 
 import numpy as np
 
-from acalx.arrays import Array
-from acalx.errors import ArgumentError, CompatibilityError
-from acalx.stands.grid import Grid, grid_over
+from acalx.errors import CompatibilityError
+from acalx.numerics.arrays import Array
+from acalx.quantities.stimulus import Stimulus
+from acalx.stands.axes import Axes
 from acalx.stands.setting import Setting
 from acalx.stands.zones import Zone
-from acalx.stimulus import Stimulus
 
 __all__ = ["Setting", "Stand"]
-
-# So many random settings are drawn, so many times, before a stand counts as forbidden everywhere.
-_DRAWN = 64
-_MOST_DRAWS = 200
 
 
 class Stand(ABC):
@@ -37,6 +33,19 @@ class Stand(ABC):
     @abstractmethod
     def stimulus(self, settings: Array) -> Stimulus:
         """What the sensor feels: settings (..., n, d), in rad where they are angles, to arrays (..., n, 3)."""
+
+    @cached_property
+    def axes(self) -> Axes:
+        """The range of the settings: limits, steps and zones, and what follows from them."""
+        return Axes(self.settings, self.zones)
+
+    def pull(self, settings: Array, gradient: Stimulus) -> Array:
+        """From a gradient with respect to the stimulus, (..., n, 3), to the settings, (..., n, d)."""
+        derivative = dict(self.derivative(settings).quantities())
+        total = np.zeros(settings.shape)
+        for name, feels in gradient.quantities():
+            total += (feels[..., None, :] @ derivative[name])[..., 0, :]
+        return total
 
     def derivative(self, settings: Array) -> Stimulus:
         """Derivatives of the stimulus with respect to the settings, arrays (..., n, 3, d).
@@ -102,71 +111,13 @@ class Stand(ABC):
             for k, setting in enumerate(self.settings):
                 angles[..., k] = setting.reach(angles[..., k])
             angles[..., 1] = np.where(free & ~inner.allows(angles[..., 1]), any_angle, angles[..., 1])
-        use_second = self.allows(second) & ~self.allows(first)
+        use_second = self.axes.allows(second) & ~self.axes.allows(first)
         return np.where(use_second[..., None], second, first)
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Names of the settings."""
-        return tuple(setting.name for setting in self.settings)
-
-    @property
-    def columns(self) -> tuple[str, ...]:
-        """Names of the settings with their units, as in files."""
-        return tuple(setting.column for setting in self.settings)
-
-    def written(self, settings: Array) -> Array:
-        """Settings (..., d) in the units that people read."""
-        return np.stack([s.unit.write(settings[..., k]) for k, s in enumerate(self.settings)], axis=-1)
-
-    def read(self, values: Array) -> Array:
-        """Settings (..., d) from the units that people write."""
-        return np.stack([s.unit.read(values[..., k]) for k, s in enumerate(self.settings)], axis=-1)
-
-    @property
-    def bounds(self) -> Array:
-        """Lower and upper limits of the settings, (d, 2)."""
-        return np.array([(setting.lower, setting.upper) for setting in self.settings])
-
-    @property
-    def free_bounds(self) -> Array:
-        """The limits (d, 2), infinite where every angle can be set."""
-        open_ = np.array([setting.full_turn for setting in self.settings])[:, None]
-        return np.where(open_, np.array([-np.inf, np.inf]), self.bounds)
 
     @property
     def zones(self) -> tuple[Zone, ...]:
         """Forbidden zones; none."""
         return ()
-
-    def divided(self, axis: int, count: int) -> Array:
-        """So many values of a setting from limit to limit, and where boxes of forbidden zones begin and end between."""
-        setting = self.settings[axis]
-        regular = np.linspace(setting.lower, setting.upper, count)
-        if not self.zones:
-            return regular
-        ends = np.array([end for zone in self.zones for end in zone.edges(axis)])
-        if setting.periodic:
-            ends = (ends[:, None] + 2.0 * np.pi * np.arange(-3, 4)).ravel()
-        return np.union1d(regular, ends[(ends > setting.lower) & (ends < setting.upper)])
-
-    def limits_around(self, settings: Array, hold: Sequence[bool] | None = None) -> tuple[Array, Array]:
-        """Limits (..., d) around settings (..., d) between which every angle is allowed, in rad.
-
-        Infinite where every angle can be set. Zones that are known as a function only are not
-        left out.
-
-        Parameters
-        ----------
-        settings : array (..., d), in rad
-        hold : sequence of bool, length d, optional
-            Settings that stay where they are; those with steps unless it is given.
-        """
-        lower, upper = (np.broadcast_to(bound, settings.shape).copy() for bound in self.free_bounds.T)
-        for zone in self.zones:
-            zone.narrow(settings, lower, upper)
-        held = [setting.step is not None for setting in self.settings] if hold is None else hold
-        return np.where(held, settings, lower), np.where(held, settings, upper)
 
     @property
     def frequencies(self) -> tuple[int, ...] | None:
@@ -181,73 +132,3 @@ class Stand(ABC):
     def circumstances(self) -> str:
         """Options other than limits and steps on which it depends what can be estimated, for messages."""
         return ""
-
-    @property
-    def stepped(self) -> bool:
-        """Whether any of the settings stops at steps only."""
-        return any(setting.step is not None for setting in self.settings)
-
-    def wrap(self, settings: Array) -> Array:
-        """The same positions with whole turns taken off."""
-        return np.stack([s.wrap(settings[..., k]) for k, s in enumerate(self.settings)], axis=-1)
-
-    def allows(self, settings: Array, tolerance: float = 1e-9) -> np.ndarray:
-        """Which positions (..., n) the stand can take, within a tolerance in rad."""
-        each = [s.allows(settings[..., k], tolerance) for k, s in enumerate(self.settings)]
-        return np.asarray(np.logical_and.reduce([*each, ~self.forbids(settings)]))
-
-    def forbids(self, settings: Array, clearance: bool = False) -> np.ndarray:
-        """Which positions (..., n) are in a forbidden zone, or with a clearance so close that rounding may do it."""
-        forbidden = np.zeros(settings.shape[:-1], dtype=bool)
-        for zone in self.zones:
-            forbidden |= zone.near(settings) if clearance else zone.holds(settings)
-        return forbidden
-
-    def random(self, rng: np.random.Generator, shape: tuple[int, ...]) -> Array:
-        """Random positions, each setting uniform over its limits or stops: (*shape, d) in rad.
-
-        Raises
-        ------
-        CompatibilityError
-            Where forbidden zones leave nothing that could be found.
-        """
-        settings = self._anywhere(rng, shape)
-        forbidden = self.forbids(settings, clearance=True) if self.zones else np.zeros(shape, dtype=bool)
-        for _ in range(_MOST_DRAWS):
-            if not forbidden.any():
-                return settings
-            drawn = self._anywhere(rng, (int(forbidden.sum()), _DRAWN))
-            wrong = self.forbids(drawn, clearance=True)
-            first = wrong.argmin(axis=1)  # the first that is allowed
-            settings[forbidden] = drawn[range(len(drawn)), first]
-            forbidden[forbidden] = wrong[range(len(drawn)), first]
-        raise CompatibilityError(
-            f"the forbidden zones of stand {type(self).__name__} leave next to nothing of its range: "
-            "make them smaller, or the limits of its angles wider"
-        )
-
-    def candidates(self, size: int, kind: str, rng: np.random.Generator) -> Array | Grid:
-        """About so many positions, indexed like an array (N, d) in rad.
-
-        Some of a grid may be in forbidden zones.
-
-        Parameters
-        ----------
-        size : int
-        kind : str
-            ``structured``: a grid over the limits, which is computed where it is read;
-            ``random``: as `random` gives them.
-        rng : numpy Generator
-        """
-        if kind == "structured":
-            return grid_over(self.settings, size)
-        if kind != "random":
-            raise ArgumentError(f"kind={kind}: candidates are structured or random")
-        return self.random(rng, (size,))
-
-    def _anywhere(self, rng: np.random.Generator, shape: tuple[int, ...]) -> Array:
-        columns = [
-            rng.uniform(s.lower, s.upper, shape) if s.step is None else rng.choice(s.stops(), shape)
-            for s in self.settings
-        ]
-        return np.stack(columns, axis=-1)

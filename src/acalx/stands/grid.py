@@ -9,7 +9,7 @@ from typing import final
 
 import numpy as np
 
-from acalx.arrays import Array
+from acalx.numerics.arrays import Array
 from acalx.stands.setting import Setting
 
 __all__ = ["Grid", "grid_over"]

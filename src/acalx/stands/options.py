@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from typing import TypeGuard
 
 from acalx.errors import ArgumentError
+from acalx.quantities.units import DEGREE, Unit
 from acalx.stands.base import Setting
-from acalx.units import DEGREE, Unit
 
 __all__ = [
     "angle",

@@ -10,11 +10,11 @@ from typing import Any, final
 
 import numpy as np
 
-from acalx.arrays import Array, components, sin_cos
+from acalx.numerics.arrays import Array, components, sin_cos
+from acalx.quantities.stimulus import Stimulus
 from acalx.stands.base import Setting, Stand
 from acalx.stands.options import angle, require_limits, require_number, require_speeds, require_steps, require_switch
 from acalx.stands.zones import Zone, read_zones
-from acalx.stimulus import Stimulus
 
 __all__ = ["PlatformGimbals"]
 
@@ -32,7 +32,7 @@ class PlatformGimbals(Stand):
         a = C (0, 0, 1)  in g,   w = C (cos phi cos psi, cos phi sin psi, sin phi)  in Earth rates,
 
     with the latitude phi and the azimuth psi of the outer axis, from north to the east. The
-    Earth's rate is `acalx.stimulus.EARTH_RATE`, 15.041 deg/h. With the outer axis north or
+    Earth's rate is `acalx.quantities.stimulus.EARTH_RATE`, 15.041 deg/h. With the outer axis north or
     south, two of three gyros have a coefficient that no position shows.
 
     Parameters

@@ -10,12 +10,12 @@ from typing import Any, final
 
 import numpy as np
 
-from acalx.arrays import Array, components, sin_cos
+from acalx.numerics.arrays import Array, components, sin_cos
+from acalx.quantities.stimulus import EARTH_RATE, Stimulus
+from acalx.quantities.units import DEGREE_PER_SECOND
 from acalx.stands.base import Setting, Stand
 from acalx.stands.options import angle, require_limits, require_number, require_speeds, require_step, require_switch
 from acalx.stands.zones import Zone, read_zones
-from acalx.stimulus import EARTH_RATE, Stimulus
-from acalx.units import DEGREE_PER_SECOND
 
 __all__ = ["RateTable"]
 

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from acalx.arrays import Array
 from acalx.errors import ArgumentError, CompatibilityError
-from acalx.units import DEGREE, Unit
+from acalx.numerics.arrays import Array
+from acalx.quantities.units import DEGREE, Unit
 
 __all__ = ["Setting"]
 

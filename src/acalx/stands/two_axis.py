@@ -10,11 +10,11 @@ from typing import Any, final
 
 import numpy as np
 
-from acalx.arrays import Array, components, sin_cos
+from acalx.numerics.arrays import Array, components, sin_cos
+from acalx.quantities.stimulus import Stimulus
 from acalx.stands.base import Setting, Stand
 from acalx.stands.options import angle, require_limits, require_number, require_speeds, require_steps, require_switch
 from acalx.stands.zones import Zone, read_zones
-from acalx.stimulus import Stimulus
 
 __all__ = ["TwoAxis"]
 
@@ -157,7 +157,7 @@ class TwoAxis(Stand):
             return settings[None]
         other = np.stack([math.pi - settings[..., 0], settings[..., 1] + math.pi], axis=-1)
         other = np.stack([setting.reach(other[..., k]) for k, setting in enumerate(self.settings)], axis=-1)
-        return np.stack([settings, np.where(self.allows(other)[..., None], other, settings)])
+        return np.stack([settings, np.where(self.axes.allows(other)[..., None], other, settings)])
 
     def aim(self, directions: Array) -> Array:
         """Settings for directions of the vertical in sensor axes, the pair that the limits allow."""

@@ -9,15 +9,13 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, final
+from typing import Any, final
 
 import numpy as np
 
-from acalx.arrays import Array
 from acalx.errors import ArgumentError, PluginError
-
-if TYPE_CHECKING:
-    from acalx.stands.base import Setting
+from acalx.numerics.arrays import Array
+from acalx.stands.setting import Setting
 
 __all__ = ["Box", "Custom", "Zone", "read_zones"]
 

@@ -9,10 +9,10 @@ from typing import final
 
 import numpy as np
 
-from acalx.arrays import Array
 from acalx.errors import ArgumentError
-from acalx.information import Parameter
 from acalx.models import Model
+from acalx.numerics.arrays import Array
+from acalx.quantities.parameter import Parameter
 from acalx.stands import Grid, Stand
 
 __all__ = ["Candidates", "Positions", "Rows"]
@@ -132,5 +132,5 @@ class Positions(Candidates):
         """The model's, at what the stand lets the sensor feel."""
         settings = np.asfortranarray(self.settings[index])
         rows = self.model.regressors(self.stand.stimulus(settings))
-        allowed = self.stand.allows(settings)
+        allowed = self.stand.axes.allows(settings)
         return rows if allowed.all() else np.where(allowed[:, None, None], rows, 0.0)

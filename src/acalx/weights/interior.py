@@ -16,9 +16,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from acalx.arrays import Array
-from acalx.criteria import Criterion
-from acalx.information import Information, Parameter
+from acalx.criteria import Concave
+from acalx.numerics.arrays import Array
+from acalx.quantities.information import Information
+from acalx.quantities.parameter import Parameter
 
 __all__ = ["Balance", "balance", "gap_of", "sensitivities"]
 
@@ -58,13 +59,12 @@ class Balance:
     gap: float
 
 
-def gap_of(criterion: Criterion, information: Information, support: Array, peak: float) -> float:
+def gap_of(criterion: Concave, information: Information, support: Array, peak: float) -> float:
     """How far exp(loss / degree) is above its bound, relative to it.
 
     The bound is for all measures for whose positions trace(S B) + h S h' is `peak` at most.
     """
     degree = criterion.degree(len(information.parameters))
-    assert degree is not None  # refused before
     loss, least = criterion.loss(information), criterion.least_loss(support, information)
     return max(0.0, float(np.expm1((loss - least) / degree + np.log(peak))))
 
@@ -80,7 +80,7 @@ def sensitivities(rows: Array, support: Array) -> Array:
 def balance(
     rows: Array,
     parameters: tuple[Parameter, ...],
-    criterion: Criterion,
+    criterion: Concave,
     *,
     base: Array | None = None,
     tolerance: float = 1e-9,
@@ -91,8 +91,8 @@ def balance(
     ----------
     rows : array (k, m, p)
     parameters : tuple of Parameter, length p
-    criterion : Criterion
-        Smooth, with a degree.
+    criterion : Concave
+        Smooth.
     base : array (p, p), optional
         Information that is there already, in units of one measurement of weight 1.
     tolerance : float
@@ -122,14 +122,12 @@ class _Measure:
 
     rows: Array
     parameters: tuple[Parameter, ...]
-    criterion: Criterion
+    criterion: Concave
     base: Array
 
     @property
     def degree(self) -> float:
-        degree = self.criterion.degree(len(self.parameters))
-        assert degree is not None  # refused before
-        return degree
+        return self.criterion.degree(len(self.parameters))
 
     def at(self, weights: Array) -> Balance:
         """Where these weights lead."""

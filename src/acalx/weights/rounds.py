@@ -9,7 +9,7 @@ of at least 1 / (1 + gap), where for a criterion with support S, trace(S M0) = 1
 
     1 + gap = trace(S B) + max over all the candidates of h S h'
 
-(for E the bound is log trace S in the place of the loss). See `acalx.certificate`.
+(for E the bound is log trace S in the place of the loss). See `acalx.bounds.certificate`.
 
 Source: Kiefer and Wolfowitz (1960); Wynn (1970) for adding the worst; Yang, Biedermann, Tang,
 J. Amer. Statist. Assoc. 108 (2013) 1411 for optimal weights in every round.
@@ -22,10 +22,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from acalx.arrays import Array
-from acalx.criteria import Ceiling, Criterion
+from acalx.criteria import Ceiling, Concave
 from acalx.errors import AcalxError, CompatibilityError
-from acalx.information import Information, Parameter
+from acalx.numerics.arrays import Array
+from acalx.quantities.information import Information
+from acalx.quantities.parameter import Parameter
 from acalx.weights.candidates import Candidates
 from acalx.weights.interior import Balance, balance, gap_of, sensitivities
 from acalx.weights.semidefinite import balance_semidefinite
@@ -82,7 +83,7 @@ class Weights:
 
 def optimal_weights(
     candidates: Candidates,
-    criterion: Criterion,
+    criterion: Concave,
     *,
     base: Array | None = None,
     tolerance: float = 1e-6,
@@ -95,8 +96,7 @@ def optimal_weights(
     Parameters
     ----------
     candidates : Candidates
-    criterion : Criterion
-        With a degree.
+    criterion : Concave
     base : array (p, p), optional
         Information of measurements already made, over the number of those to come.
     tolerance : float
@@ -113,16 +113,11 @@ def optimal_weights(
     Raises
     ------
     CompatibilityError
-        A criterion without a degree, or with kinks and no master.
+        A criterion with kinks that says nothing of them, and no master.
     AcalxError
         Candidates that together can't estimate all the parameters.
     """
     p = len(candidates.parameters)
-    if criterion.degree(p) is None:
-        raise CompatibilityError(
-            f"weights can't be optimized for criterion {criterion.label}, which does not say that it is convex; "
-            "use d, a or e, or give the criterion a degree"
-        )
     if master is None:
         master = _newton_master(criterion, candidates.parameters)
     return _Search(candidates, criterion, np.zeros((p, p)) if base is None else base, master).run(
@@ -130,14 +125,14 @@ def optimal_weights(
     )
 
 
-def newton_fits(criterion: Criterion, p: int) -> bool:
+def newton_fits(criterion: Concave, p: int) -> bool:
     """Whether Newton's method on the weights can do without another master for p parameters."""
     if not isinstance(criterion, Ceiling):
         return True
     return criterion.inequality_matrix(p) is not None or criterion.smoothed() is not None
 
 
-def _newton_master(criterion: Criterion, parameters: tuple[Parameter, ...]) -> Master:
+def _newton_master(criterion: Concave, parameters: tuple[Parameter, ...]) -> Master:
     """Newton's method, of the kind that the criterion admits."""
     if not isinstance(criterion, Ceiling):
         return lambda rows, base, tolerance: balance(rows, parameters, criterion, base=base, tolerance=tolerance)
@@ -158,7 +153,7 @@ def _newton_master(criterion: Criterion, parameters: tuple[Parameter, ...]) -> M
 @dataclass
 class _Search:
     candidates: Candidates
-    criterion: Criterion
+    criterion: Concave
     base: Array
     master: Master
 

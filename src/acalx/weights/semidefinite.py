@@ -15,9 +15,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from acalx.arrays import Array
-from acalx.criteria import Criterion
-from acalx.information import Information, Parameter
+from acalx.criteria import Concave
+from acalx.numerics.arrays import Array
+from acalx.quantities.information import Information
+from acalx.quantities.parameter import Parameter
 from acalx.weights.interior import Balance, gap_of, sensitivities
 
 __all__ = ["balance_semidefinite"]
@@ -32,7 +33,7 @@ _PATIENCE = 6  # iterations in which the gap does not halve
 def balance_semidefinite(
     rows: Array,
     parameters: tuple[Parameter, ...],
-    criterion: Criterion,
+    criterion: Concave,
     inequality: Array,
     *,
     base: Array | None = None,
@@ -44,8 +45,8 @@ def balance_semidefinite(
     ----------
     rows : array (k, m, p)
     parameters : tuple of Parameter, length p
-    criterion : Criterion
-        With a degree, and a value that is the least 1 / t with t C <= M.
+    criterion : Concave
+        With a value that is the least 1 / t with t C <= M.
     inequality : array (p, p)
         C, positive semidefinite.
     base : array (p, p), optional

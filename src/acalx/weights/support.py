@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from acalx.arrays import Array
+from acalx.numerics.arrays import Array
 
 __all__ = ["Cosines", "alike", "efficient_rounding", "random_roundings", "thinned"]
 

@@ -1,0 +1,106 @@
+"""How far from the best possible a program is."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, final
+
+from acalx.bounds.bound import Bound, bound
+from acalx.errors import AcalxError
+from acalx.numerics.arrays import Array
+from acalx.problem import Problem
+from acalx.quantities.magnitude import from_log, written_from_log
+
+__all__ = ["Certificate", "certify"]
+
+# The efficiency from which a program counts as proved optimal is one less this.
+_OPTIMAL = 1e-6
+
+
+@final
+@dataclass(frozen=True)
+class Certificate:
+    """A program beside the bound that no program of as many positions can beat.
+
+    Parameters
+    ----------
+    loss : float
+        Of the program.
+    bound : Bound or None
+        None where there is none.
+    reason : str
+        Why there is none.
+    """
+
+    loss: float
+    bound: Bound | None
+    reason: str = ""
+
+    @property
+    def gap(self) -> float | None:
+        """Loss of the program less that of the bound."""
+        return None if self.bound is None else self.loss - self.bound.loss
+
+    @property
+    def efficiency(self) -> float | None:
+        """Of the program, 0 to 1, on the scale of a variance: (bound / value) to the power 1 / degree."""
+        if self.bound is None or not self.bound.scale:
+            return None
+        return from_log((self.bound.loss - self.loss) / self.bound.scale)
+
+    @property
+    def optimal(self) -> bool:
+        """Whether the program is proved optimal, to an efficiency of 1 - 1e-6."""
+        efficiency = self.efficiency
+        return self.bound is not None and self.bound.proved and efficiency is not None and efficiency >= 1.0 - _OPTIMAL
+
+    def entries(self) -> dict[str, Any]:
+        """As it is written to result.json: values of the criterion, and their logarithms beside them."""
+        if self.bound is None:
+            return {"bound": None, "efficiency": None, "gap": None, "method": self.reason, "proved": False}
+        return {
+            "bound": from_log(self.bound.loss),
+            "log_bound": self.bound.loss,
+            "efficiency": self.efficiency,
+            "gap": self.gap,
+            "method": self.bound.method,
+            "status": self.bound.status,
+            "margin": self.bound.margin,
+            "proved": self.optimal,
+            "parts": {name: from_log(loss) for name, loss in self.bound.parts.items()},
+        }
+
+    def __str__(self) -> str:
+        if self.bound is None:
+            return f"no bound: {self.reason}"
+        least, efficiency = written_from_log(self.bound.loss), self.efficiency
+        sure = "" if self.bound.proved else ", computed but not proved"
+        if efficiency is None:
+            return f"no program of as many positions gets the criterion below {least} ({self.bound.method})"
+        if self.optimal:
+            return f"proved optimal: no program of as many positions is better (efficiency {efficiency:.6f})"
+        return (
+            f"efficiency {efficiency:.5f}: the criterion is {written_from_log(self.loss)} here, "
+            f"and no program of as many positions gets it below {least}{sure}"
+        )
+
+
+def certify(problem: Problem, program: Array) -> Certificate:
+    """Bound what any program of a problem could reach, and compare one with it.
+
+    Parameters
+    ----------
+    problem : Problem
+        With one criterion.
+    program : array (n, d), in rad
+
+    Returns
+    -------
+    Certificate
+        Without a bound, and with the reason, where there is none.
+    """
+    loss = float(problem.objective.loss(program))
+    try:
+        return Certificate(loss, bound(problem))
+    except AcalxError as error:
+        return Certificate(loss, None, str(error))

@@ -1,0 +1,95 @@
+"""Criteria from their names on the command line, the user's own YAMLs included."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import hydra
+from hydra.core.global_hydra import GlobalHydra
+from hydra.core.hydra_config import HydraConfig
+from omegaconf import DictConfig, ListConfig, OmegaConf
+
+from acalx.commands.explain import suggestion
+from acalx.commands.launch import build
+from acalx.criteria import Criterion, Objectives
+from acalx.errors import ArgumentError
+
+__all__ = ["build_objectives", "compose_default_optimizer", "compose_objectives", "compose_orient"]
+
+_GROUP = "criterion"
+
+
+def compose_objectives(config: DictConfig, overrides: Sequence[str]) -> DictConfig:
+    """The configuration with each objective's own in the place of its name, and no criterion.
+
+    Parameters
+    ----------
+    config : DictConfig
+        Its ``objectives`` are names of options of the criterion group, or, as a recorded run
+        has them, a mapping from such names to what they stood for.
+    overrides : sequence of str
+        The command line.
+
+    Raises
+    ------
+    ArgumentError
+        A name that there is not, or that is there twice; a criterion beside the objectives.
+    """
+    given = config.objectives
+    beside = [argument for argument in overrides if argument.lstrip("+~").startswith((f"{_GROUP}=", f"{_GROUP}."))]
+    if beside:
+        raise ArgumentError(
+            f"{beside[0]} beside objectives: with several objectives the criterion plays no part; give one of them"
+        )
+    if isinstance(given, DictConfig):
+        chosen = OmegaConf.to_container(given, resolve=True)
+    else:
+        names = list(given) if isinstance(given, ListConfig) else [given]
+        for k, name in enumerate(names):
+            if name in names[:k]:
+                raise ArgumentError(f"objectives=[{','.join(map(str, names))}]: {name} is there twice; once is right")
+        chosen = {str(name): _compose("objectives", str(name)) for name in names}
+    whole = OmegaConf.to_container(config, resolve=True)
+    assert isinstance(whole, dict)
+    return OmegaConf.create({**whole, "objectives": chosen, _GROUP: None})
+
+
+def build_objectives(config: DictConfig) -> Objectives:
+    """The objectives of a configuration that `compose_objectives` gave."""
+    names = [str(name) for name in config.objectives]
+    return Objectives([build(config.objectives, name, Criterion) for name in names], names)
+
+
+def compose_orient(config: DictConfig) -> DictConfig:
+    """The configuration with the criterion that ``orient`` names in the place of its name.
+
+    Raises
+    ------
+    ArgumentError
+        A name that there is not.
+    """
+    if config.orient is None or isinstance(config.orient, DictConfig):
+        return config
+    whole = OmegaConf.to_container(config, resolve=True)
+    assert isinstance(whole, dict)
+    return OmegaConf.create({**whole, "orient": _compose("orient", str(config.orient))})
+
+
+def compose_default_optimizer(config: DictConfig, overrides: Sequence[str], name: str) -> DictConfig:
+    """The configuration with another default optimizer, unless the command line or a recorded run says which."""
+    said = any(argument.lstrip("+~").startswith(("optimizer=", "optimizer.")) for argument in overrides)
+    if said or "optimizer" not in HydraConfig.get().runtime.choices:
+        return config
+    whole = OmegaConf.to_container(config, resolve=True)
+    assert isinstance(whole, dict)
+    suited = OmegaConf.to_container(hydra.compose(f"optimizer/{name}")["optimizer"], resolve=True)
+    return OmegaConf.create({**whole, "optimizer": suited})
+
+
+def _compose(option: str, name: str) -> Any:
+    """What an option of the criterion group stands for, on Hydra's search path."""
+    known = GlobalHydra.instance().config_loader().get_group_options(_GROUP)
+    if name not in known:
+        raise ArgumentError(f"{option}: there is no criterion {name}{suggestion(name, known)}")
+    return OmegaConf.to_container(hydra.compose(f"{_GROUP}/{name}")[_GROUP], resolve=True)

@@ -1,0 +1,1 @@
+"""Methods that know no sensor: minimization, suprema, routes, arrays."""

@@ -1,0 +1,128 @@
+"""How good programs are, and which way they get better: settings to loss, and its gradient back to the settings."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Protocol
+
+import numpy as np
+
+from acalx.criteria import Criterion
+from acalx.criteria.answers import gradient_of, loss_of
+from acalx.models import Model
+from acalx.numerics.arrays import Array
+from acalx.quantities.information import Information
+from acalx.quantities.stimulus import Stimulus
+
+__all__ = ["Linearization", "Objective", "Placement", "Response"]
+
+# Regressors of at most this many bytes are computed at a time: large enough that calls don't
+# count, small enough that the C library keeps the memory instead of asking for fresh pages at
+# each call, which would take as long as the arithmetic; and a bound on memory.
+_CHUNK_BYTES = 2**18
+
+
+class Placement(Protocol):
+    """What variables make a sensor feel: a stand its settings, or the rotations of a given program."""
+
+    def stimulus(self, settings: Array) -> Stimulus:
+        """What is felt, for variables (..., n, d)."""
+
+    def pull(self, settings: Array, gradient: Stimulus) -> Array:
+        """From a gradient with respect to the stimulus to one with respect to the variables, (..., n, d)."""
+
+
+@dataclass(frozen=True)
+class Response:
+    """What settings show of the parameters of a sensor.
+
+    Parameters
+    ----------
+    place : Placement
+        As a rule a stand.
+    model : Model
+    """
+
+    place: Placement
+    model: Model
+
+    def information(self, settings: Array) -> Information:
+        """Information of programs: settings (..., n, d) in rad to matrices (..., p, p)."""
+        return self.model.information(self.place.stimulus(settings))
+
+    def regressors(self, settings: Array) -> Array:
+        """Rows (..., n, m, p) of positions (..., n, d)."""
+        return self.model.regressors(self.place.stimulus(settings))
+
+    def at(self, settings: Array) -> Linearization:
+        """Programs (..., n, d), kept with what the chain rule needs."""
+        stimulus = self.place.stimulus(settings)
+        return Linearization(self, settings, stimulus, self.model.regressors(stimulus))
+
+    def chunk(self, n: int) -> int:
+        """How many programs of n positions are worked on at a time."""
+        return max(1, _CHUNK_BYTES // (n * self.model.entries * 8))
+
+
+@dataclass(frozen=True)
+class Linearization:
+    """Programs with their regressors, ready to pull a gradient back to the settings."""
+
+    response: Response
+    settings: Array
+    stimulus: Stimulus
+    regressors: Array
+
+    @cached_property
+    def information(self) -> Information:
+        """Of the programs, matrices (..., p, p)."""
+        return self.response.model.information_of(self.regressors)
+
+    def pull(self, gradient: Array) -> Array:
+        """From a gradient G with respect to the matrix, (..., p, p), to the settings, (..., n, d).
+
+        2 H G to the regressors, the model's derivative to the stimulus, the stand's to the settings.
+        """
+        rows = 2.0 * (self.regressors @ gradient[..., None, :, :])
+        return self.response.place.pull(self.settings, self.response.model.pull(self.stimulus, rows))
+
+
+@dataclass(frozen=True)
+class Objective:
+    """The loss of programs by one criterion.
+
+    Parameters
+    ----------
+    response : Response
+    criterion : Criterion
+    """
+
+    response: Response
+    criterion: Criterion
+
+    def loss(self, settings: Array) -> Array:
+        """Loss of programs, +inf where singular: settings (..., n, d) in rad to (...).
+
+        Raises
+        ------
+        PluginError
+            Where a criterion raises or returns something other than one number a program.
+        """
+        *stack, n, d = settings.shape
+        if len(stack) != 1:
+            return self.loss(settings.reshape((-1, n, d))).reshape(stack)
+        pieces = -(-len(settings) // self.response.chunk(n))
+        size = max(1, -(-len(settings) // max(1, pieces)))
+        losses = np.empty(stack)
+        for start in range(0, len(settings), size):
+            part = settings[start : start + size]
+            if len(part) > n:  # arithmetic runs along the longer axis
+                part = np.asfortranarray(part)
+            losses[start : start + size] = loss_of(self.criterion, self.response.information(part))
+        return losses
+
+    def loss_and_gradient(self, settings: Array) -> tuple[Array, Array]:
+        """Loss (...) and its gradient (..., n, d) with respect to the settings in rad."""
+        at = self.response.at(settings)
+        return loss_of(self.criterion, at.information), at.pull(gradient_of(self.criterion, at.information))

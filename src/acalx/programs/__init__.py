@@ -1,0 +1,5 @@
+"""Given programs: published ones by name, those of files, regular sequences."""
+
+from acalx.programs.program import Program, find_program, published, published_for, read_program
+
+__all__ = ["Program", "find_program", "published", "published_for", "read_program"]

@@ -1,0 +1,1 @@
+"""What flows through the house: parameters, stimulus, information, units."""

@@ -1,0 +1,255 @@
+"""The information matrix of a program and everything that is read from it."""
+
+from __future__ import annotations
+
+import contextlib
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from acalx.errors import ArgumentError
+from acalx.numerics.arrays import Array
+from acalx.numerics.elimination import cholesky, inverse_roots, row_reduced, substituted
+from acalx.quantities.parameter import Parameter, parameter_groups
+
+__all__ = ["Information"]
+
+# A parameter is a combination of the others, to working accuracy, where its variance is so many times larger
+# than with the others known, or an eigenvalue of the matrix scaled to a unit diagonal so much smaller than the largest.
+_LARGEST_INFLATION = 1e13
+_EIGENVALUE_TOLERANCE = 1e-13
+# A diagonal entry so much smaller than the largest is the square of rounding errors: no
+# measurement shows the parameter at all.
+_ROUNDING = 1e-28
+# From this many matrices on, elimination along the stack beats one LAPACK call a matrix.
+_LARGE_STACK = 32
+
+
+@dataclass(frozen=True)
+class Information:
+    """Information matrix M = H'H of one program or a stack of them.
+
+    Everything derived from it is computed on first use and kept. The covariance of the
+    least-squares estimate is K = inv(M) times the noise variance, which is 1 here because
+    regressors are divided by the noise standard deviation.
+
+    Parameters
+    ----------
+    matrix : array (..., p, p)
+        Symmetric, positive semidefinite.
+    parameters : tuple of Parameter, length p
+    """
+
+    matrix: Array
+    parameters: tuple[Parameter, ...]
+
+    @classmethod
+    def from_regressors(cls, regressors: Array, parameters: tuple[Parameter, ...]) -> Information:
+        """Sum the information of all positions and outputs.
+
+        Parameters
+        ----------
+        regressors : array (..., n, m, p)
+            Rows h for m outputs in each of n positions, in units of the noise.
+        """
+        *stack, n, m, p = regressors.shape
+        rows = regressors.reshape((*stack, n * m, p), order="F" if _stack_first(regressors) else "C")
+        if math.prod(stack) < _LARGE_STACK:
+            return cls(rows.swapaxes(-1, -2) @ rows, parameters)
+        matrix = np.empty((*stack, p, p), order="F")
+        for i in range(p):  # the upper triangle, one row at a time, along the stack
+            np.einsum("...n,...nj->...j", rows[..., i], rows[..., i:], out=matrix[..., i, i:])
+            matrix[..., i + 1 :, i] = matrix[..., i, i + 1 :]
+        return cls(matrix, parameters)
+
+    @property
+    def groups(self) -> Mapping[str, list[int]]:
+        """Indices of the parameters of each group."""
+        return parameter_groups(self.parameters)
+
+    def group(self, name: str) -> list[int]:
+        """Indices of the parameters of one group; ArgumentError where there is none."""
+        groups = self.groups
+        if name not in groups:
+            raise ArgumentError(f"no parameter group {name!r}; the groups are {', '.join(groups)}")
+        return groups[name]
+
+    @property
+    def _large(self) -> bool:
+        return math.prod(self.matrix.shape[:-2]) >= _LARGE_STACK
+
+    @cached_property
+    def _factors(self) -> tuple[Array, np.ndarray]:
+        """Cholesky factors (p, p, ...) along the stack, and where there is one (...)."""
+        return cholesky(self.matrix)
+
+    @cached_property
+    def _unchecked_root(self) -> Array:
+        """Inverse R of the Cholesky factor, inv(M) = R'R; of no meaning where M is singular."""
+        if not self._large:
+            with contextlib.suppress(np.linalg.LinAlgError):
+                return np.asarray(np.linalg.inv(np.linalg.cholesky(self.matrix)))
+        return inverse_roots(*self._factors)
+
+    @cached_property
+    def _root(self) -> Array:
+        """Inverse R of the Cholesky factor, inv(M) = R'R; inf where M is singular."""
+        if not self.singular.any():
+            return self._unchecked_root
+        return np.where(self.singular[..., None, None], np.inf, self._unchecked_root)
+
+    @property
+    def _inflated(self) -> np.ndarray:
+        """Where a parameter is a combination of the others to working accuracy, or unseen, (...)."""
+        diagonal = self.matrix.diagonal(axis1=-2, axis2=-1)
+        shown = diagonal > _ROUNDING * diagonal.max(axis=-1, keepdims=True)
+        root = self._unchecked_root
+        # variance of a parameter with the others unknown, over that with the others known
+        with np.errstate(invalid="ignore"):  # inf times zero is nan, which compares as it should
+            inflation = np.einsum("...ki,...ki->...i", root, root) * diagonal
+        return np.asarray(~(shown & (inflation < _LARGEST_INFLATION)).all(axis=-1))
+
+    @cached_property
+    def singular(self) -> np.ndarray:
+        """Where some combination of the parameters can't be estimated, shape (...)."""
+        if not self._large:
+            return self._inflated
+        upper, regular = self._factors
+        diagonal = self.matrix.diagonal(axis1=-2, axis2=-1)
+        # Hadamard: no variance is inflated by more than the product of the diagonal over the determinant
+        with np.errstate(all="ignore"):  # what is not regular gives inf or nan
+            inflation = (diagonal / upper.diagonal() ** 2).prod(axis=-1)
+        clear = (inflation < _LARGEST_INFLATION) & (diagonal.min(axis=-1) > _ROUNDING * diagonal.max(axis=-1))
+        singular = ~regular
+        doubtful = regular & ~clear
+        if doubtful.any():
+            singular[doubtful] = Information(self.matrix[doubtful], self.parameters)._inflated
+        return singular
+
+    @cached_property
+    def log_det(self) -> Array:
+        """log det M, shape (...); -inf where M is singular."""
+        if not self._large:
+            return np.asarray(-2.0 * np.log(self._root.diagonal(axis1=-2, axis2=-1)).sum(axis=-1))
+        with np.errstate(all="ignore"):  # what is not regular gives inf or nan
+            return np.where(self.singular, -np.inf, 2.0 * np.log(self._factors[0].diagonal()).sum(axis=-1))
+
+    def select(self, members: np.ndarray) -> Information:
+        """Some members of the stack, by a mask (...)."""
+        chosen = Information(self.matrix[members], self.parameters)
+        # computed already, and the same verdict where another algorithm suits the fewer ones
+        chosen.__dict__["singular"] = self.singular[members]
+        if "_factors" in self.__dict__:
+            upper, regular = self._factors
+            chosen.__dict__["_factors"] = upper[..., members], regular[members]
+        if "_unchecked_root" in self.__dict__:
+            chosen.__dict__["_unchecked_root"] = self._unchecked_root[members]
+        return chosen
+
+    @cached_property
+    def covariance(self) -> Array:
+        """K = inv(M), shape (..., p, p); inf where M is singular."""
+        if not self.singular.any():
+            return np.asarray(self._root.swapaxes(-1, -2) @ self._root)
+        singular = self.singular[..., None, None]
+        root = np.where(singular, 0.0, self._root)
+        return np.where(singular, np.inf, root.swapaxes(-1, -2) @ root)
+
+    def solve(self, vectors: Array) -> Array:
+        """K v for vectors (..., p), which may have more leading axes than M; nan where M is singular."""
+        if self._large:
+            upper, _ = self._factors
+            solution = substituted(upper, vectors)
+            return np.where(self.singular[..., None], np.nan, solution) if self.singular.any() else solution
+        root = self._unchecked_root
+        with np.errstate(invalid="ignore"):  # inf times zero, where M is singular
+            inner = np.einsum("...ij,...j->...i", root, vectors)
+            solution = np.einsum("...ji,...j->...i", root, inner)
+        return np.where(self.singular[..., None], np.nan, solution) if self.singular.any() else np.asarray(solution)
+
+    @cached_property
+    def eigenvalues(self) -> Array:
+        """Eigenvalues of M, ascending, shape (..., p)."""
+        return np.asarray(np.linalg.eigvalsh(self.matrix), dtype=float)
+
+    @cached_property
+    def variances(self) -> Array:
+        """Variances of the parameters, shape (..., p)."""
+        return self.covariance.diagonal(axis1=-2, axis2=-1)
+
+    @property
+    def standard_deviations(self) -> Array:
+        """Standard deviations of the parameters in units of the noise, shape (..., p)."""
+        return np.sqrt(self.variances)
+
+    @property
+    def correlations(self) -> Array:
+        """Correlations of the estimates, shape (..., p, p); nan where M is singular."""
+        singular = self.singular[..., None]
+        deviations = np.where(singular, 1.0, self.standard_deviations)
+        covariance = np.where(singular[..., None], np.nan, self.covariance)
+        return np.asarray(covariance / (deviations[..., :, None] * deviations[..., None, :]))
+
+    @property
+    def condition_number(self) -> Array:
+        """Ratio of the largest to the smallest eigenvalue of M, shape (...); inf where singular."""
+        values = self.eigenvalues
+        smallest = np.where(self.singular, 1.0, values[..., 0])
+        return np.where(self.singular, np.inf, values[..., -1] / smallest)
+
+    def theta(self, group: str) -> Array:
+        """Largest standard deviation of a group of parameters, shape (...).
+
+        Source: Egorov, Kiryachenko, Popov (2021).
+        """
+        return np.asarray(np.sqrt(self.variances[..., self.group(group)].max(axis=-1)))
+
+    def inequality(self, group: str) -> Array:
+        """(max - min) / max of the standard deviations of a group, shape (...), 0 to 1.
+
+        Nan where the information is singular. Source: Egorov, Kiryachenko, Popov (2021), whose
+        tables come out with standard deviations though the formula there has variances.
+        """
+        variances = self.variances[..., self.group(group)]
+        ratio = np.where(self.singular, np.nan, variances.min(axis=-1)) / variances.max(axis=-1)
+        return np.asarray(1.0 - np.sqrt(ratio))
+
+    def inestimable(self, smallest: float = 1e-6) -> list[str]:
+        """Combinations of the parameters that this one program can't see, as readable sums.
+
+        Adding any multiple of such a combination to the true parameters changes no measurement.
+        The list is empty where all the parameters can be estimated.
+
+        Parameters
+        ----------
+        smallest : float
+            Coefficients below it are not shown; the largest of each combination is 1.
+        """
+        if not self.singular:
+            return []
+        diagonal = self.matrix.diagonal()
+        shown = diagonal > _ROUNDING * max(diagonal.max(), np.finfo(float).tiny)
+        scale = np.where(shown, np.sqrt(diagonal), 1.0)
+        scaled = np.where(np.outer(shown, shown), self.matrix, 0.0) / np.outer(scale, scale)
+        values, vectors = np.linalg.eigh(scaled)
+        null_space = (vectors[:, values < _EIGENVALUE_TOLERANCE * max(values[-1], 1e-300)] / scale[:, None]).T
+        return [_as_sum(row, self.parameters, smallest) for row in row_reduced(null_space)]
+
+
+def _stack_first(array: Array) -> bool:
+    return bool(array.flags.f_contiguous and not array.flags.c_contiguous)
+
+
+def _as_sum(coefficients: Array, parameters: tuple[Parameter, ...], smallest: float) -> str:
+    text = ""
+    for coefficient, parameter in zip(coefficients, parameters, strict=True):
+        if abs(coefficient) < smallest:
+            continue
+        size = abs(coefficient)
+        factor = "" if abs(size - 1) < 1e-6 else f"{size:.4g} "
+        sign = " - " if coefficient < 0 else " + "
+        text += f"{sign}{factor}{parameter.name}"
+    return text.removeprefix(" + ") if text.startswith(" + ") else text.replace(" - ", "-", 1)

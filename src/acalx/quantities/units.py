@@ -1,0 +1,68 @@
+"""Units of a stand's settings: how they are written on the command line and in files."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+
+from acalx.numerics.arrays import Array
+
+__all__ = ["DEGREE", "DEGREE_PER_SECOND", "UNITS", "Unit", "unit_of_column"]
+
+# Digits that are written: finer than a double holds in rad, so that 45 degrees stay 45.
+_DECIMALS = 12
+
+
+@final
+@dataclass(frozen=True)
+class Unit:
+    """A unit that people read and write, and its size in SI.
+
+    Parameters
+    ----------
+    suffix : str
+        What names of columns and options end in, ``deg`` in ``alpha1_deg``.
+    symbol : str
+        Heads a column of a table.
+    plural : str
+        In a sentence after a number.
+    size : float
+        One of it in rad, rad/s or another unit of the SI.
+    turn : float, optional
+        So many are a full turn; None where the setting is no angle.
+    """
+
+    suffix: str
+    symbol: str
+    plural: str
+    size: float
+    turn: float | None = None
+
+    def column(self, name: str) -> str:
+        """Name of a setting's column and option."""
+        return f"{name}_{self.suffix}"
+
+    def write(self, values: Array | float) -> Array:
+        """Values in this unit, from the SI, free of the rounding that the way there leaves."""
+        return np.asarray(np.round(np.asarray(values) / self.size, _DECIMALS) + 0.0)
+
+    def read(self, values: Array | float) -> Array:
+        """Values in the SI."""
+        return np.asarray(values) * self.size
+
+
+DEGREE = Unit("deg", "deg", "degrees", math.pi / 180.0, 360.0)
+DEGREE_PER_SECOND = Unit("deg_s", "deg/s", "degrees per second", math.pi / 180.0)
+UNITS = (DEGREE, DEGREE_PER_SECOND)
+
+
+def unit_of_column(column: str) -> tuple[str, Unit] | None:
+    """Name and unit of the setting that a column is of; None where it is of none."""
+    for unit in UNITS:
+        name = column.removesuffix(f"_{unit.suffix}")
+        if name != column and name.isidentifier():
+            return name, unit
+    return None

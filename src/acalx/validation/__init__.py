@@ -1,0 +1,1 @@
+"""How right a calibration is on positions that it has not seen."""

@@ -1,0 +1,117 @@
+"""Programs compared on a real sensor: calibrate on the measured positions nearest to each, test on the rest."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+
+from acalx.criteria import Criterion
+from acalx.estimation.base import Estimator
+from acalx.estimation.calibration import Calibration
+from acalx.numerics.arrays import Array
+from acalx.validation.splits import validate_splits
+from acalx.validation.subsets import best_positions, efficiency, nearest_positions, random_positions, random_turns
+
+__all__ = ["Compared", "compare_programs", "vertical_of"]
+
+_LEAST_TESTED = 2
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Compared:
+    """One way to choose n of the measured positions, and how right the calibration from them is on the others.
+
+    Parameters
+    ----------
+    name : str
+    n : int
+    angle_deg : float, degrees
+        Mean angle between the positions of the program and the measured ones that stand for them;
+        nan where there is no program.
+    efficiency : float
+        D-efficiency of the measured positions that were taken, relative to even ones.
+    r_squared, rms_g : float
+        On the positions that were not taken; -inf and inf where these can't show all the parameters.
+    """
+
+    name: str
+    n: int
+    angle_deg: float
+    efficiency: float
+    r_squared: float
+    rms_g: float
+
+
+def compare_programs(
+    calibration: Calibration,
+    programs: Mapping[str, Array],
+    criterion: Criterion,
+    estimator: Estimator,
+    rng: np.random.Generator,
+    subsets: Sequence[int] = (),
+    random: int = 200,
+    turns: int = 1,
+) -> list[Compared]:
+    """Compare programs on the positions that a sensor was measured in.
+
+    A program with so many positions that fewer than two are left to test is left out. For
+    each number of positions there are two rows more: the measured positions that the
+    criterion likes best, and the median of random ones.
+
+    Parameters
+    ----------
+    calibration : Calibration
+        From all the positions; it says where the vertical was.
+    programs : mapping
+        From a name to the vertical in sensor axes, arrays (n, 3).
+    criterion : Criterion
+    estimator : Estimator
+    rng : numpy Generator
+    subsets : sequence of int
+        Further numbers of positions.
+    random : int
+        How many random choices.
+    turns : int
+        So many turns of each program as a whole are tried to find measured positions near it.
+    """
+    readings, model, unit = calibration.readings, calibration.model, calibration.unit
+    directions = vertical_of(calibration)
+    total, least = readings.n, model.smallest_n
+    everything = np.arange(total)
+
+    def row(name: str, train: np.ndarray, angle: float) -> Compared:
+        """One choice (n,), or the median of several (s, n)."""
+        train = np.atleast_2d(train)
+        test = np.array([np.setdiff1d(everything, chosen) for chosen in train])
+        tested = validate_splits(readings, train, test, model, estimator, unit)
+        share = efficiency(directions[train], model)
+        return Compared(
+            name,
+            train.shape[1],
+            angle,
+            float(np.median(share)),
+            float(np.median(tested.r_squared)),
+            float(np.median(tested.rms)),
+        )
+
+    fitting = {name: p for name, p in programs.items() if least <= len(p) <= total - _LEAST_TESTED}
+    rows = []
+    numbers = sorted({len(p) for p in fitting.values()} | {n for n in subsets if least <= n <= total - _LEAST_TESTED})
+    for n in numbers:
+        for name, program in fitting.items():
+            if len(program) == n:
+                chosen, angles = nearest_positions(directions, program, random_turns(turns, rng))
+                rows.append(row(name, chosen, float(np.degrees(angles.mean()))))
+        rows.append(row(f"best {n} measured", best_positions(directions, n, model, criterion, rng), np.nan))
+        rows.append(row(f"random {n}, median", random_positions(total, n, random, rng), np.nan))
+    return rows
+
+
+def vertical_of(calibration: Calibration) -> Array:
+    """Unit vectors of the vertical in sensor axes, (n, 3), as the calibrated sensor felt it."""
+    force = calibration.correction.apply(calibration.readings.means)
+    return np.asarray(force / np.linalg.norm(force, axis=1, keepdims=True))
