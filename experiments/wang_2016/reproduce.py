@@ -23,7 +23,7 @@ from acalx.quantities.information import Information
 from acalx.recording import RunDirectory
 from acalx.reporting.figures import PALE, SERIES, draw_landscape, new_figure, save
 from acalx.reporting.tables import markdown, program_table
-from acalx.schemes import Designed, Joint, Parallel, Scheme, Serial
+from acalx.schemes import Composed, Joint, Parallel, Scheme, Serial
 from acalx.simulation import Campaign, ErrorSources, default_estimator, simulate
 from acalx.stands import PlatformGimbals
 
@@ -59,7 +59,7 @@ WRITTEN = {
 }
 
 
-def design(scheme: Scheme, optimizer: Optimizer, n: int, criterion: Criterion | None = None) -> Designed:
+def design(scheme: Scheme, optimizer: Optimizer, n: int, criterion: Criterion | None = None) -> Composed:
     """A program of at most n positions, always from the same seed."""
     return scheme.solve(Problem(STAND, UNIT, criterion or D(), n), optimizer, np.random.default_rng(SEED))
 

@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 from omegaconf import DictConfig, ListConfig, OmegaConf
 
-from acalx.commands.launch import FAILED, Entry, build, launch
+from acalx.commands.composition import build
+from acalx.commands.launch import FAILED, Entry, launch
 from acalx.commands.options import seed_of
 from acalx.errors import ArgumentError
 from acalx.estimation import Estimator, SingularError

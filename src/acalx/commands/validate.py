@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 from omegaconf import DictConfig, OmegaConf
 
-from acalx.commands.launch import FAILED, Entry, build, launch
+from acalx.commands.composition import build
+from acalx.commands.launch import FAILED, Entry, launch
 from acalx.commands.options import names_of, where_of
 from acalx.criteria import Criterion
 from acalx.errors import ArgumentError, DataError

@@ -14,7 +14,7 @@ from acalx.criteria import Target
 from acalx.errors import ArgumentError, NoProgramError
 from acalx.problem import Problem
 from acalx.quantities.magnitude import from_log
-from acalx.schemes import Designed, Scheme
+from acalx.schemes import Composed, Scheme
 from acalx.search.regularity import no_regular_program
 
 __all__ = ["Smallest", "Trial", "smallest_program"]
@@ -63,7 +63,7 @@ class Smallest:
     ----------
     problem : Problem
         With its number of positions.
-    designed : Designed
+    composed : Composed
     trials : tuple of Trial
         All that was tried, by number of positions.
     bound : int or None
@@ -73,7 +73,7 @@ class Smallest:
     """
 
     problem: Problem
-    designed: Designed
+    composed: Composed
     trials: tuple[Trial, ...]
     bound: int | None
     method: str
@@ -81,7 +81,7 @@ class Smallest:
     @property
     def n(self) -> int:
         """Number of positions."""
-        return len(self.designed.result.program)
+        return len(self.composed.result.program)
 
     @property
     def recorded(self) -> dict[str, Any]:
@@ -101,7 +101,7 @@ class Smallest:
 
 
 def smallest_program(
-    problem: Problem, target: Target, scheme: Scheme, solve: Callable[[Problem], Designed], most: int = 500
+    problem: Problem, target: Target, scheme: Scheme, solve: Callable[[Problem], Composed], most: int = 500
 ) -> Smallest:
     """Smallest program that meets a target.
 
@@ -150,26 +150,26 @@ def smallest_program(
 class _Search:
     """Numbers that were tried, and what they gave."""
 
-    def __init__(self, problem: Problem, target: Target, solve: Callable[[Problem], Designed]) -> None:
+    def __init__(self, problem: Problem, target: Target, solve: Callable[[Problem], Composed]) -> None:
         self.problem, self.target, self.solve = problem, target, solve
         self.trials: dict[int, Trial] = {}
-        self.designs: dict[int, Designed] = {}
+        self.designs: dict[int, Composed] = {}
 
     def trial(self, n: int) -> Trial:
         if n not in self.trials:
             problem = replace(self.problem, n=n)
             try:
-                designed = self.solve(problem)
+                composed = self.solve(problem)
             except NoProgramError:  # too few, since with many all the parameters show
                 self.trials[n] = Trial(n, 0, dict.fromkeys(self.target.wanted, math.inf), math.inf)
                 return self.trials[n]
-            if designed.result.status == "interrupted":
+            if composed.result.status == "interrupted":
                 raise KeyboardInterrupt
-            settings = designed.result.program
+            settings = composed.result.program
             information = problem.information(settings)
             errors = {group: float(information.theta(group)) for group in self.target.wanted}
             share = max(errors[group] / wanted for group, wanted in self.target.wanted.items())
-            self.designs[n], self.trials[n] = designed, Trial(n, len(settings), errors, share)
+            self.designs[n], self.trials[n] = composed, Trial(n, len(settings), errors, share)
         return self.trials[n]
 
     def up(self, n: int, most: int) -> tuple[int, int]:

@@ -27,7 +27,7 @@ __all__ = ["RunDirectory", "versions"]
 
 _RESULT = "result.json"
 # What every result has, also that of a run that failed before it began.
-_ALWAYS = {"n": None, "seed": None, "metrics": None, "loss": None, "evaluations": 0, "seconds": 0.0}
+_ALWAYS = {"n": None, "seed": None, "metrics": None, "loss": None, "value": None, "evaluations": 0, "seconds": 0.0}
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,7 @@ from acalx.problem import Problem
 from acalx.search.account import Watch
 from acalx.search.result import Found, Result, Solution, Status
 
-__all__ = ["Designed", "Part", "Scheme", "joined_result", "kinds_of", "part_problem", "search_part"]
+__all__ = ["Composed", "Part", "Scheme", "joined_result", "kinds_of", "part_problem", "search_part"]
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,7 @@ class Part:
 
 
 @dataclass(frozen=True)
-class Designed:
+class Composed:
     """A program for a whole model.
 
     Parameters
@@ -71,7 +71,7 @@ class Scheme(ABC):
     @abstractmethod
     def solve(
         self, problem: Problem, optimizer: Optimizer[Any], rng: np.random.Generator, watch: Watch | None = None
-    ) -> Designed:
+    ) -> Composed:
         """Design a program of at most n positions.
 
         Parameters

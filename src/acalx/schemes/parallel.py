@@ -12,7 +12,7 @@ from acalx.models import Model
 from acalx.numerics.arrays import Array
 from acalx.optimizers import Optimizer
 from acalx.problem import Problem
-from acalx.schemes.base import Designed, Part, Scheme, joined_result, kinds_of, part_problem, search_part
+from acalx.schemes.base import Composed, Part, Scheme, joined_result, kinds_of, part_problem, search_part
 from acalx.schemes.division import check_positions, divide
 from acalx.search.account import Watch
 
@@ -58,7 +58,7 @@ class Parallel(Scheme):
 
     def solve(
         self, problem: Problem, optimizer: Optimizer[Any], rng: np.random.Generator, watch: Watch | None = None
-    ) -> Designed:
+    ) -> Composed:
         """Design for each kind, join the programs."""
         kinds = kinds_of(self, problem)
         weights = {name: model.smallest_n for name, model in kinds.items()}
@@ -79,7 +79,7 @@ class Parallel(Scheme):
         if problem.fixed is not None:
             settings = np.concatenate([problem.fixed, settings])
         told = "; ".join(_told(part) for part in parts)
-        return Designed(joined_result(problem, settings, f"parallel: {told}", parts), tuple(parts))
+        return Composed(joined_result(problem, settings, f"parallel: {told}", parts), tuple(parts))
 
 
 def _least(problem: Problem, kinds: Mapping[str, Model]) -> dict[str, int]:

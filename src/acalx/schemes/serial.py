@@ -13,7 +13,7 @@ from acalx.models import Model
 from acalx.numerics.arrays import Array
 from acalx.optimizers import Optimizer
 from acalx.problem import Problem
-from acalx.schemes.base import Designed, Part, Scheme, joined_result, kinds_of, part_problem, search_part
+from acalx.schemes.base import Composed, Part, Scheme, joined_result, kinds_of, part_problem, search_part
 from acalx.schemes.division import check_positions, divide
 from acalx.search.account import Watch
 
@@ -67,7 +67,7 @@ class Serial(Scheme):
 
     def solve(
         self, problem: Problem, optimizer: Optimizer[Any], rng: np.random.Generator, watch: Watch | None = None
-    ) -> Designed:
+    ) -> Composed:
         """Design for each kind after the other."""
         kinds = self._ordered(problem)
         weights, given = {name: model.smallest_n for name, model in kinds.items()}, self.positions or {}
@@ -94,7 +94,7 @@ class Serial(Scheme):
                 parts.append(Part(name, settings[:0], 0, None))
         assert settings is not None
         told = "; ".join(_told(part) for part in parts)
-        return Designed(joined_result(problem, settings, f"serial: {told}", parts), tuple(parts))
+        return Composed(joined_result(problem, settings, f"serial: {told}", parts), tuple(parts))
 
     def _ordered(self, problem: Problem) -> dict[str, Model]:
         """The kinds, the first one first."""
