@@ -13,6 +13,7 @@ from .criteria import Inequality as Inequality
 from .criteria import Objectives as Objectives
 from .criteria import Product as Product
 from .criteria import Target as Target
+from .criteria import fair as fair
 from .errors import AcalxError as AcalxError
 from .estimation import Bisquare as Bisquare
 from .estimation import Calibration as Calibration

@@ -20,7 +20,7 @@ from acalx.errors import AcalxError, Option
 __all__ = ["as_override", "explain", "suggestion"]
 
 _EXAMPLES = {
-    "criterion._target_": "my_module.MyCriterion",
+    **{f"{group}._target_": f"my_module.My{group.title()}" for group in ("criterion", "model", "optimizer", "stand")},
     "unit.per_g": "4096, the counts that are 1 g, or unit.per_g=null to have it found from the readings",
 }
 

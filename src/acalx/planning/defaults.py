@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from acalx.optimizers import DifferentialEvolution, Exchange, Optimizer, Scalarized
+from acalx import optimizers
+from acalx.optimizers import Optimizer
 from acalx.problem import Problem
 
 __all__ = ["default_optimizer", "suited"]
@@ -19,9 +20,7 @@ def suited(*, several: bool, stepped: bool) -> str:
 
 def default_optimizer(problem: Problem) -> Optimizer[Any]:
     """The optimizer that `suited` names, with its default options."""
-    kinds: dict[str, type[Optimizer[Any]]] = {
-        "scalarized": Scalarized,
-        "exchange": Exchange,
-        "de": DifferentialEvolution,
-    }
-    return kinds[suited(several=len(problem.singles) > 1, stepped=problem.stand.axes.stepped)]()
+    names = {"scalarized": "Scalarized", "exchange": "Exchange", "de": "DifferentialEvolution"}
+    name = suited(several=len(problem.singles) > 1, stepped=problem.stand.axes.stepped)
+    kind: type[Optimizer[Any]] = getattr(optimizers, names[name])  # the others are not imported
+    return kind()
