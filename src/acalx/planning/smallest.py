@@ -11,7 +11,7 @@ import numpy as np
 
 from acalx.bounds import bound
 from acalx.criteria import Target
-from acalx.errors import ArgumentError, NoProgramError
+from acalx.errors import ArgumentError, NoProgramError, Option
 from acalx.problem import Problem
 from acalx.quantities.magnitude import from_log
 from acalx.schemes import Composed, Scheme
@@ -179,9 +179,12 @@ class _Search:
             if n == most:
                 best = min(self.trials.values(), key=lambda trial: trial.share)
                 raise ArgumentError(
-                    f"target: not met with n_most={most} positions, where the largest standard error is "
-                    f"{best.share:.4g} times what is wanted; give larger standard errors, a larger n_most, or a "
-                    "criterion that goes for them, as criterion=target does"
+                    "target: not met with {most} positions, where the largest standard error is {share} times what "
+                    "is wanted; give larger standard errors, a larger n_most, or a criterion that goes for them, "
+                    "as {criterion} does",
+                    most=Option("n_most", most),
+                    share=f"{best.share:.4g}",
+                    criterion=Option("criterion", "target", f"Target({dict(self.target.wanted)})"),
                 )
             # variances fall as 1 / n where a search is as good with every n
             wanted = n * min(2.0, trial.share**2 * (1 - _SLACK))
