@@ -268,7 +268,7 @@ ENTRY = Entry("validate", "validate", ValidateConfig, validate)
 
 
 def main() -> int:
-    """Entry point."""
+    """Validate a calibration as the command line says; returns the exit status."""
     return launch(ENTRY)
 
 
