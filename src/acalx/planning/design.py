@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any, final
 
 import numpy as np
@@ -117,12 +118,12 @@ class Designed:
         """How the search ended: ``ok``, ``limit`` or ``interrupted`` (see `acalx.search.result.Found`)."""
         return self.result.status
 
-    @property
+    @cached_property
     def metrics(self) -> dict[str, Any]:
         """All figures of merit of the program (see `acalx.figures_of_merit`)."""
         return figures_of_merit(self.problem.information(self.program))
 
-    @property
+    @cached_property
     def reference(self) -> Program | None:
         """The best published program of as many positions; None for several objectives."""
         return None if isinstance(self.result, Front) else best_published(self.problem)

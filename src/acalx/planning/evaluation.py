@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any, final
 
 import numpy as np
@@ -61,7 +62,7 @@ class Evaluation:
         """``ok``, or ``singular`` where some parameters can't be estimated."""
         return "singular" if self.inestimable else "ok"
 
-    @property
+    @cached_property
     def problem(self) -> Problem:
         """The problem that the program is an answer to."""
         return Problem(self.stand, self.model, self.criterion, self.program.n)
@@ -71,12 +72,12 @@ class Evaluation:
         """By the criterion; inf where the program is singular."""
         return np.inf if self.inestimable else float(self.problem.objective.loss(self.settings))
 
-    @property
+    @cached_property
     def metrics(self) -> dict[str, Any]:
         """All figures of merit (see `acalx.figures_of_merit`)."""
         return figures_of_merit(self.information)
 
-    @property
+    @cached_property
     def reference(self) -> Program | None:
         """The best published program of as many positions, where it is another one."""
         best = best_published(self.problem)

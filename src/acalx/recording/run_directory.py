@@ -11,6 +11,7 @@ import sys
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
+from functools import cache
 from importlib import metadata
 from pathlib import Path
 from typing import Any
@@ -183,7 +184,8 @@ class RunDirectory:
             writer.writerows(rows)
 
 
-def versions() -> dict[str, str]:
+@cache
+def versions() -> Mapping[str, str]:
     """Versions of what a result depends on."""
     names = ("acalx", "numpy", "scipy", "pymoo", "hydra-core")
     found = {name: metadata.version(name) for name in names}
