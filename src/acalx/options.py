@@ -8,7 +8,13 @@ import numpy as np
 
 from acalx.errors import ArgumentError
 
-__all__ = ["require_count", "require_points", "require_positive", "require_seed"]
+__all__ = ["require_confidence", "require_count", "require_points", "require_positive", "require_seed"]
+
+
+def require_confidence(value: object) -> None:
+    """Raise ArgumentError unless it is a probability that intervals can have, from 0.5 to less than 1."""
+    if not (isinstance(value, float) and 0.5 <= value < 1.0):
+        raise ArgumentError(f"confidence={value}: give a probability from 0.5 to less than 1, such as 0.95")
 
 
 def require_count(name: str, value: object) -> None:
