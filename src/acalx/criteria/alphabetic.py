@@ -25,15 +25,15 @@ class D(Concave):
     """
 
     def loss(self, information: Information) -> Array:
-        """-log det M."""
+        """log det K = -log det M, of each program (...)."""
         return -information.log_det
 
     def gradient(self, information: Information) -> Array:
-        """-K."""
+        """The derivative of -log det M, which is minus the covariance, (..., p, p)."""
         return -information.covariance
 
     def curvature(self, information: Information, directions: Array) -> Array:
-        """trace(K D_i K D_j)."""
+        """trace(K D_i K D_j) for directions D_i (q, p, p): (q, q)."""
         moved = information.covariance @ directions
         q = len(moved)
         return np.asarray(moved.reshape(q, -1) @ moved.swapaxes(-1, -2).reshape(q, -1).T)
@@ -45,7 +45,7 @@ class D(Concave):
         return -cvxpy.log_det(matrix)
 
     def degree(self, p: int) -> float:
-        """p."""
+        """The number of parameters p: the determinant of c M is that of M times c^p."""
         return float(p)
 
 
@@ -58,11 +58,11 @@ class A(Concave):
     """
 
     def loss(self, information: Information) -> Array:
-        """Logarithm of the sum of the variances."""
+        """Logarithm of the sum of the variances, (...)."""
         return np.asarray(np.log(information.variances.sum(axis=-1)))
 
     def gradient(self, information: Information) -> Array:
-        """-K K / tr K."""
+        """The derivative of log tr inv(M), -K K / tr K, (..., p, p)."""
         covariance = information.covariance
         trace = information.variances.sum(axis=-1)[..., None, None]
         return np.asarray(-(covariance @ covariance) / trace)
@@ -84,7 +84,7 @@ class A(Concave):
         return cvxpy.matrix_frac(root / np.linalg.norm(root), matrix)
 
     def degree(self, p: int) -> float:
-        """One."""
+        """1: variances fall as the information grows."""
         return 1.0
 
 
@@ -115,7 +115,7 @@ class E(Ceiling, Concave):
         return -cvxpy.lambda_min(factor @ matrix @ factor.T)
 
     def degree(self, p: int) -> float:
-        """One."""
+        """1: variances fall as the information grows."""
         return 1.0
 
     def least_loss(self, support: Array, at: Information) -> Array:
@@ -127,12 +127,12 @@ class E(Ceiling, Concave):
         return -self.gradient(information) if multiplier is None else multiplier
 
     def inequality_matrix(self, p: int) -> Array:
-        """The unit matrix."""
+        """The unit matrix (p, p): t is at least the largest eigenvalue of K where I <= t M."""
         return np.eye(p)
 
     @property
     def log_floor(self) -> float:
-        """None: a variance can be as small as it will."""
+        """No floor, minus infinity: a variance can be as small as it will."""
         return -np.inf
 
     def start(self, parameters: tuple[Parameter, ...], stack: tuple[int, ...]) -> Array:
