@@ -97,16 +97,15 @@ class E(Ceiling, Concave):
     """
 
     def loss(self, information: Information) -> Array:
-        """Minus the logarithm of the smallest eigenvalue of M."""
-        smallest = information.eigenvalues[..., 0]
+        """Minus the logarithm of the smallest eigenvalue of M, (...); inf where there is none above zero."""
+        smallest = information.smallest_eigenvalue
         with np.errstate(divide="ignore", invalid="ignore"):
             return np.where(smallest > 0, -np.log(smallest), np.inf)
 
     def gradient(self, information: Information) -> Array:
         """-v v' / mu, with mu the smallest eigenvalue of M and v its eigenvector."""
-        values, vectors = np.linalg.eigh(information.matrix)
-        worst = vectors[..., 0]
-        return np.asarray(-worst[..., :, None] * worst[..., None, :] / values[..., 0, None, None])
+        worst, smallest = information.weakest, information.smallest_eigenvalue[..., None, None]
+        return np.asarray(-worst[..., :, None] * worst[..., None, :] / smallest)
 
     def convex(self, matrix: Any, factor: Array) -> Any:
         """Minus the smallest eigenvalue of M."""

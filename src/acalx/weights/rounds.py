@@ -168,9 +168,15 @@ class _Search:
             heavy = active[found.weights > _LIGHT * found.weights.max()]
             if best.gap <= tolerance or idle == _PATIENCE or np.isin(new, active).all():
                 break
-            active = np.union1d(heavy, new)
+            active = self._sufficient(np.union1d(heavy, new), np.union1d(active, new))
         assert best is not None
         return best
+
+    def _sufficient(self, few: np.ndarray, more: np.ndarray) -> np.ndarray:
+        """The few candidates if they can estimate all the parameters: an optimum may not need all of them."""
+        rows = self.candidates.regressors(few)
+        matrix = self.base + np.einsum("kma,kmb->ab", rows, rows) / len(few)
+        return more if Information(matrix, self.candidates.parameters).singular else few
 
     def _thinned(self, found: Weights, tolerance: float) -> Weights:
         """The same information from fewer candidates, where that costs nothing."""
