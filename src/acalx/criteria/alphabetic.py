@@ -108,10 +108,12 @@ class E(Ceiling, Concave):
         return np.asarray(-worst[..., :, None] * worst[..., None, :] / smallest)
 
     def convex(self, matrix: Any, factor: Array) -> Any:
-        """Minus the smallest eigenvalue of M."""
+        """Minus the smallest eigenvalue of M, in units in which it is of the order of one."""
         import cvxpy
 
-        return -cvxpy.lambda_min(factor @ matrix @ factor.T)
+        root = np.linalg.inv(factor)
+        units = 2.0 ** np.round(np.log2(np.linalg.norm(root)))  # by a power of two no digit changes
+        return -cvxpy.lambda_min((units * factor) @ matrix @ (units * factor).T)
 
     def degree(self, p: int) -> float:
         """1: variances fall as the information grows."""
