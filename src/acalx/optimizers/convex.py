@@ -173,10 +173,7 @@ class Convex(Optimizer[Result]):
         drawn = random_roundings(rng, weights, free, _DRAWS * self.roundings)
         numbers = np.arange(len(weights))
         programs = settings[[np.repeat(numbers, counts) for counts in (efficient, *drawn)]]
-        if problem.fixed is not None:
-            fixed = np.broadcast_to(problem.fixed, (len(programs), *problem.fixed.shape))
-            programs = np.concatenate([fixed, programs], axis=1)
-        programs = problem.restrictions.apart(programs, rng)
+        programs = problem.restrictions.apart(problem.restrictions.completed(programs), rng)
         order = np.argsort(problem.loss(programs[1:]), kind="stable") + 1
         programs = programs[np.concatenate([[0], order])[: self.roundings]]
         programs[1:] = _shaken(problem, rng, programs[1:])

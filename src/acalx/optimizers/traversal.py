@@ -185,8 +185,7 @@ class Traversal(Optimizer[Result]):
         """Programs (s, n, d) in rad of sequences (s, 2 d) in degrees, the fixed positions first."""
         if problem.fixed is None or self.extends:
             return self._regular(problem, sequences, problem.n)
-        free = self._regular(problem, sequences, problem.n - problem.held)
-        return np.concatenate([np.broadcast_to(problem.fixed, (len(free), *problem.fixed.shape)), free], axis=1)
+        return problem.restrictions.completed(self._regular(problem, sequences, problem.n - problem.held))
 
     def _regular(self, problem: Problem, sequences: Array, n: int) -> Array:
         starts, steps = sequences[:, : problem.d], sequences[:, problem.d :]

@@ -69,7 +69,7 @@ class Restrictions:
         CompatibilityError
             Where none is found.
         """
-        return self.apart(self._random(rng, count), rng)
+        return self.apart(self.completed(self.stand.axes.random(rng, (count, self.n - self.held))), rng)
 
     def apart(self, programs: Array, rng: np.random.Generator) -> Array:
         """Programs (s, n, d) with positions that must not repeat others drawn anew; CompatibilityError as `random`."""
@@ -88,11 +88,11 @@ class Restrictions:
             "widen its limits, take fewer positions, or allow replicates=true"
         )
 
-    def _random(self, rng: np.random.Generator, count: int) -> Array:
+    def completed(self, free: Array) -> Array:
+        """Programs (s, f + k, d) of the fixed positions and then k free ones, (s, k, d)."""
         if self.fixed is None:
-            return self.stand.axes.random(rng, (count, self.n))
-        free = self.stand.axes.random(rng, (count, self.n - self.held))
-        return np.concatenate([np.broadcast_to(self.fixed, (count, *self.fixed.shape)), free], axis=1)
+            return free
+        return np.concatenate([np.broadcast_to(self.fixed, (len(free), *self.fixed.shape)), free], axis=1)
 
     @property
     def active(self) -> bool:
