@@ -14,7 +14,8 @@ from acalx.optimizers.base import Optimizer
 from acalx.options import require_count, require_positive
 from acalx.problem import Problem
 from acalx.search.account import Account
-from acalx.search.agreement import distinct_solutions, judge
+from acalx.search.agreement import judge
+from acalx.search.ending import result_of
 from acalx.search.result import ApproximateDesign, Result
 from acalx.search.settle import settle
 from acalx.weights import (
@@ -115,10 +116,14 @@ class Convex(Optimizer[Result]):
             f"{design.count} support points among {len(candidates)} candidates, gap {found.gap:.1e} "
             f"{'' if reached else f'instead of {self.tolerance:g} '}({how}); of the roundings, {verdict}"
         )
-        return account.result(
-            "ok" if reached else "limit",
-            message,
-            distinct_solutions(problem, descent.settings, descent.loss, self.agreement),
+        return result_of(
+            problem,
+            account,
+            descent.settings,
+            descent.loss,
+            status="ok" if reached else "limit",
+            message=message,
+            agreement=self.agreement,
             design=design,
         )
 

@@ -14,8 +14,9 @@ from acalx.optimizers.base import Optimizer
 from acalx.options import require_count, require_positive
 from acalx.problem import Problem
 from acalx.search.account import Account
-from acalx.search.agreement import distinct_solutions, fewest_starts, judge
+from acalx.search.agreement import fewest_starts, judge
 from acalx.search.encoding import Encoding
+from acalx.search.ending import result_of
 from acalx.search.result import Result, Status
 from acalx.search.settle import settle
 
@@ -127,9 +128,10 @@ class DifferentialEvolution(Optimizer[Result]):
                 message = f"all restarts used: {counted} reached the best loss"
                 status = "limit"
                 break
-        solutions = distinct_solutions(problem, settings, losses, self.agreement)
         gain = float(raw.min() - losses.min()) if self.polish and np.isfinite(raw.min()) else None
-        return account.result(status, message, solutions, gain=gain)
+        return result_of(
+            problem, account, settings, losses, status=status, message=message, agreement=self.agreement, gain=gain
+        )
 
     def _evolve(
         self, problem: Problem, encoding: Encoding, rng: np.random.Generator, account: Account, done: float

@@ -14,6 +14,7 @@ from acalx.options import require_count, require_points, require_positive
 from acalx.problem import Problem
 from acalx.search.account import Account
 from acalx.search.encoding import Encoding
+from acalx.search.ending import front_of
 from acalx.search.front import FrontSearch
 from acalx.search.pareto import nondominated, spread
 from acalx.search.regularity import no_regular_program
@@ -113,7 +114,7 @@ class NSGA2(Optimizer[Front]):
         account.hold(programs[chosen], losses[chosen])
         count = f"{len(chosen)} points on the front" if len(chosen) > 1 else "one program is best in all objectives"
         message = f"{count} after {self.generations} generations{polish}"
-        return account.front_result("ok" if settled else "limit", message, problem.restrictions.canonical)
+        return front_of(problem, account, status="ok" if settled else "limit", message=message)
 
     def _evolve(self, problem: Problem, rng: np.random.Generator, account: Account) -> None:
         """Generations of pymoo's algorithm; the account holds the front of the last."""

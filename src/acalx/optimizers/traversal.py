@@ -18,7 +18,7 @@ from acalx.problem import Problem
 from acalx.programs.sequences import RULES, regular_sequences
 from acalx.quantities.information import Information
 from acalx.search.account import Account
-from acalx.search.agreement import distinct_solutions
+from acalx.search.ending import result_of
 from acalx.search.result import Result, Survey
 
 __all__ = ["Traversal"]
@@ -149,11 +149,15 @@ class Traversal(Optimizer[Result]):
         if not np.isfinite(losses).any():
             raise NoProgramError(self._nothing(problem, survey))
         programs = self._keep(problem, survey, account)
-        solutions = distinct_solutions(problem, programs, problem.loss(programs), _AGREEMENT, sort=False)
-        return account.result(
-            "ok",
-            self._message(survey),
-            solutions,
+        return result_of(
+            problem,
+            account,
+            programs,
+            problem.loss(programs),
+            status="ok",
+            message=self._message(survey),
+            agreement=_AGREEMENT,
+            sort=False,
             survey=survey,
         )
 

@@ -187,7 +187,7 @@ class Lagrangian:
 
 
 def _weighed(losses: Array, excess: Array, aims: Aims, held: Multipliers) -> tuple[Array, Array, list[Array]]:
-    """What aims make of losses (s, k): value (s,), slopes by the losses (s, k) and, with goals, by the excess (s, 1)."""
+    """What aims make of losses (s, k): value (s,), slopes by the losses (s, k), with goals by the excess (s, 1) too."""
     value = (aims.weights * losses).sum(axis=-1)
     goals = aims.goals
     if goals is None:
