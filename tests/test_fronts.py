@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 import parts
 from acalx.criteria import A, Criterion, D, E, Inequality, Objectives, Product
 from acalx.errors import ArgumentError, CompatibilityError
+from acalx.models import GyroRateTable
 from acalx.numerics.arrays import Array
 from acalx.optimizers import NSGA2, DifferentialEvolution, Gradient, Optimizer, Scalarized
 from acalx.problem import Problem
@@ -26,7 +27,7 @@ from acalx.search.lagrangian import Lagrangian
 from acalx.search.pareto import knee, nondominated, normalized, spread
 from acalx.search.result import Front
 from acalx.search.runs import Runs
-from acalx.stands import Stand, TwoAxis
+from acalx.stands import RateTable, Stand, TwoAxis
 from acalx.testing import check_optimizer
 from command import Outcome, assert_refused, evaluate, run, together
 
@@ -144,6 +145,15 @@ def test_contract(optimizer: Optimizer, stand: Stand) -> None:
             solve(optimizer, problem("d", "a", stand=stand))
     else:
         check_optimizer(optimizer, problem("d", "a", stand=stand))
+
+
+def test_nsga2_takes_settings_with_steps_beside_others_without() -> None:
+    table, model = RateTable(step_deg=30), GyroRateTable()
+    assert {setting.step is None for setting in table.settings} == {True, False}
+    asked = Problem(table, model, objectives("d", "a"), model.smallest_n + 2)
+    check_optimizer(QUICK, asked)
+    rates = solve(QUICK, asked).program[:, [s.step is None for s in table.settings]]
+    assert np.abs(rates - np.round(rates)).max() > 1e-3  # not rounded with the others
 
 
 def test_polish_takes_the_ends_of_evolution_to_the_best() -> None:

@@ -91,14 +91,23 @@ class Convex(Optimizer[Result]):
         if self.kind not in ("structured", "random"):
             raise ArgumentError(f"kind={self.kind}: must be structured or random")
         if not isinstance(self.solver, str | None):
-            raise ArgumentError(f"solver={self.solver}: must be the name of a solver, such as CLARABEL, or null")
+            raise ArgumentError(
+                "solver={given}: must be the name of a solver, such as CLARABEL, or {none}",
+                given=self.solver,
+                none=Option("solver", None),
+            )
 
     def check(self, problem: Problem) -> None:
         """Refuses criteria without a convex form, and a named solver that is not installed."""
         _concave(problem)
         if self.solver is not None and self.solver not in (installed := installed_solvers()):
             have = f"installed are {', '.join(installed)}" if installed else "cvxpy is not installed at all"
-            raise ArgumentError(f"solver={self.solver}: cvxpy has no such solver here; {have}, or leave it null")
+            raise ArgumentError(
+                "solver={given}: cvxpy has no such solver here; {have}, or take {none}",
+                given=self.solver,
+                have=have,
+                none=Option("solver", None),
+            )
 
     def search(self, problem: Problem, rng: np.random.Generator, account: Account) -> Result:
         """Weights, roundings, polish."""
@@ -201,10 +210,13 @@ def _concave(problem: Problem) -> Concave:
     concave = concave_of(problem.objective.criterion)
     if concave is None:
         raise CompatibilityError(
-            "optimizer Convex needs a convex criterion, and {label} does not say that it is one; use {d}, a or e, "
-            "derive the criterion from acalx.criteria.Concave with its `degree` and `convex`, or use {other} or de",
+            "optimizer Convex needs a convex criterion, and {label} does not say that it is one; use {d}, {a} or {e}, "
+            "derive the criterion from acalx.criteria.Concave with its `degree` and `convex`, or use {gradient} or {de}",
             label=problem.criterion.label,
             d=Option("criterion", "d", "D()"),
-            other=Option("optimizer", "gradient", "Gradient()"),
+            a=Option("criterion", "a", "A()"),
+            e=Option("criterion", "e", "E()"),
+            gradient=Option("optimizer", "gradient", "Gradient()"),
+            de=Option("optimizer", "de", "DifferentialEvolution()"),
         )
     return concave

@@ -98,9 +98,7 @@ class Exchange(Optimizer[Result]):
                 status = "limit"
                 break
         settings, losses = (np.concatenate(parts) for parts in zip(*ends, strict=True))
-        return result_of(
-            problem, account, settings, losses, status=status, message=message, agreement=self.agreement
-        )
+        return result_of(problem, account, settings, losses, status=status, message=message, agreement=self.agreement)
 
     def _chain(
         self, problem: Problem, candidates: Candidates | None, rng: np.random.Generator, account: Account

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from acalx.errors import CompatibilityError
+from acalx.errors import CompatibilityError, Option
 from acalx.numerics.arrays import Array
 from acalx.stands import Stand
 
@@ -84,8 +84,11 @@ class Restrictions:
             again = wrong[:, None] & self._repeated(programs) & (np.arange(self.n) >= self.held)
             programs[again] = self.stand.axes.random(rng, (int(again.sum()),))
         raise CompatibilityError(
-            f"no {self.n} different positions were found on stand {type(self.stand).__name__}: "
-            "widen its limits, take fewer positions, or allow replicates=true"
+            "no {n} different positions were found on stand {stand}: widen its limits, take fewer positions, or allow "
+            "{replicates}",
+            n=self.n,
+            stand=type(self.stand).__name__,
+            replicates=Option("replicates", True),
         )
 
     def completed(self, free: Array) -> Array:

@@ -166,7 +166,8 @@ class _Search:
                 runs = Runs(self.lagrangian, aims, self.account, starts)
             else:
                 runs = runs.again(every, aims)
-            runs.descend(self.options.tolerance, self.options.iterations)
+            looser = 1.0 if weight == _WEIGHTS[-1] else _LOOSER
+            runs.descend(looser * self.options.tolerance, self.options.iterations)
             losses = runs.losses
             self.add(runs.settings, losses)
         assert runs is not None
