@@ -165,7 +165,7 @@ _HOMES = {
         "Traversal",
     ),
     "acalx.problem": ("Problem",),
-    "acalx.programs.program": ("Program", "find_program", "published", "read_program"),
+    "acalx.programs": ("Program", "find_program", "published", "read_program"),
     "acalx.simulation": ("Campaign", "ErrorSources"),
     "acalx.stands": ("PlatformGimbals", "RateTable", "Setting", "Stand", "TwoAxis"),
     "acalx.quantities.stimulus": ("Stimulus",),
