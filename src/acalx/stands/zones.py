@@ -91,7 +91,7 @@ class Box(Zone):
         inside = np.ones(len(centers), dtype=bool)
         for k in self._bounded:
             past = self._past(centers[:, k] - half[:, k] + _SLACK, k) - _SLACK
-            inside &= past + 2.0 * half[:, k] <= self.upper[k] - self.lower[k] + _SLACK
+            inside &= (past >= -_SLACK) & (past + 2.0 * half[:, k] <= self.upper[k] - self.lower[k] + _SLACK)
         return inside
 
     def edges(self, axis: int) -> list[float]:
