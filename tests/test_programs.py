@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from acalx import programs
+from acalx.programs import reading as programs
 from acalx.errors import AcalxError, CompatibilityError, ProgramError
 from acalx.models import Platform, ScalarAccel
 from acalx.programs import Program, find_program, published, read_program
