@@ -77,7 +77,7 @@ class CsvFile:
         return header
 
     def delimiter(self) -> str:
-        """The mark between fields."""
+        """The character between the fields of a row, as it was found in the header."""
         return self._split_at()[1]
 
     def numbers(self, row: int, fields: list[str], header: list[str], indices: Iterable[int]) -> list[float]:

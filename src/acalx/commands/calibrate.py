@@ -107,7 +107,7 @@ ENTRY = Entry("calibrate", "calibrate", CalibrateConfig, run)
 
 
 def main() -> int:
-    """Entry point."""
+    """Calibrate, or correct readings, as the command line says; returns the exit status."""
     return launch(ENTRY)
 
 

@@ -38,7 +38,7 @@ class EvaluateConfig:
 
 
 def run(config: DictConfig, directory: RunDirectory) -> int:
-    """Evaluate, record, show."""
+    """Read a program, evaluate it, record and show its figures; the exit status is 1 where it is singular."""
     started = time.perf_counter()
     name = program_of(config)
     directory.remember(program=name, inestimable=[])
@@ -65,7 +65,7 @@ ENTRY = Entry("evaluate", "evaluate", EvaluateConfig, run)
 
 
 def main() -> int:
-    """Entry point."""
+    """Evaluate a program as the command line says; returns the exit status."""
     return launch(ENTRY)
 
 

@@ -45,7 +45,7 @@ Task = Callable[[DictConfig, RunDirectory], int]
 
 @dataclass(frozen=True)
 class Entry:
-    """An entry point.
+    """What `launch` must know of a command: its name, its configuration, what it does.
 
     Parameters
     ----------

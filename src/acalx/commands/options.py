@@ -92,7 +92,7 @@ def where_of(config: DictConfig) -> dict[str, Any]:
 
 
 def seed_of(config: DictConfig) -> int:
-    """The seed, or ArgumentError."""
+    """The seed of the random generator; ArgumentError unless it is a whole number, 0 or more."""
     seed = config.seed
     if not isinstance(seed, int) or isinstance(seed, bool) or seed < 0:
         raise ArgumentError(f"seed={seed}: the seed must be a whole number, 0 or more")

@@ -46,7 +46,7 @@ class RunConfig:
 
 
 def run(config: DictConfig, directory: RunDirectory) -> int:
-    """Search, record, show."""
+    """Design what the configuration asks for, record it, show it; gives the exit status."""
     started = time.perf_counter()
     directory.remember(n=config.n, seed=config.seed)
     config = composed(config, directory.overrides)
@@ -86,7 +86,7 @@ ENTRY = Entry("run", "config", RunConfig, run)
 
 
 def main() -> int:
-    """Entry point."""
+    """Design a program as the command line says; returns the exit status."""
     return launch(ENTRY)
 
 

@@ -90,7 +90,7 @@ ENTRY = Entry("simulate", "simulate", SimulateConfig, run)
 
 
 def main() -> int:
-    """Entry point."""
+    """Simulate calibrations as the command line says; returns the exit status."""
     return launch(ENTRY)
 
 

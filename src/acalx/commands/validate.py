@@ -93,7 +93,7 @@ ENTRY = Entry("validate", "validate", ValidateConfig, run)
 
 
 def main() -> int:
-    """Entry point."""
+    """Validate a calibration as the command line says; returns the exit status."""
     return launch(ENTRY)
 
 

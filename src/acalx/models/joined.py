@@ -149,5 +149,5 @@ class Joined(Composite):
 
     @property
     def models(self) -> tuple[Model, ...]:
-        """As they were given."""
+        """The joined models, one for each sensor, in the order in which their parameters come."""
         return tuple(self.parts)

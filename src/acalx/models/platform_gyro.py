@@ -68,12 +68,12 @@ class PlatformGyro(Polynomial):
 
     @property
     def kind(self) -> str:
-        """Gyros."""
+        """Gyros: schemes design for them together, apart from accelerometers."""
         return "gyros"
 
     @property
     def noise(self) -> float:
-        """In deg/h."""
+        """Standard deviation of a reading, in deg/h."""
         return self.noise_deg_h
 
     @cached_property

@@ -57,7 +57,7 @@ class Polynomial(Model):
 
     @cached_property
     def parameters(self) -> tuple[Parameter, ...]:
-        """Those of the terms."""
+        """The parameters that the terms have, in their order."""
         return tuple(term.parameter for term in self.terms)
 
     @cached_property

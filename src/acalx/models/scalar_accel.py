@@ -76,12 +76,12 @@ class ScalarAccel(Model):
 
     @property
     def needs(self) -> tuple[str, ...]:
-        """The specific force."""
+        """The specific force alone: the vertical in sensor axes, in g."""
         return ("specific_force",)
 
     @property
     def degree(self) -> int:
-        """Two."""
+        """Two: rows are linear for biases, quadratic in the vertical for scale and non-orthogonality."""
         return 2
 
     def regressors(self, stimulus: Stimulus) -> Array:

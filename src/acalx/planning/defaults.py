@@ -19,7 +19,7 @@ def suited(*, several: bool, stepped: bool) -> str:
 
 
 def default_optimizer(problem: Problem) -> Optimizer[Any]:
-    """The optimizer that `suited` names, with its default options."""
+    """The optimizer that `suited` names for a problem, with its default options."""
     names = {"scalarized": "Scalarized", "exchange": "Exchange", "de": "DifferentialEvolution"}
     name = suited(several=len(problem.singles) > 1, stepped=problem.stand.axes.stepped)
     kind: type[Optimizer[Any]] = getattr(optimizers, names[name])  # the others are not imported

@@ -115,7 +115,7 @@ class Designed:
 
     @property
     def status(self) -> str:
-        """That of the search."""
+        """How the search ended: ``ok``, ``limit`` or ``interrupted`` (see `acalx.search.result.Found`)."""
         return self.result.status
 
     @cached_property
@@ -162,7 +162,7 @@ def design(
     seed: int = 0,
     watch: Watch | None = None,
 ) -> Designed:
-    """Design a calibration program.
+    """Design a calibration program: the positions of a stand that determine a sensor's parameters best.
 
     Parameters
     ----------

@@ -80,7 +80,7 @@ class Smallest:
 
     @property
     def n(self) -> int:
-        """Number of positions."""
+        """The smallest number of positions that was found to meet the target."""
         return len(self.composed.result.program)
 
     @property

@@ -97,7 +97,7 @@ class Problem:
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
-        """The model's parameters."""
+        """The p parameters that are to be estimated, in the order of the information matrix."""
         return self.model.parameters
 
     @cached_property

@@ -21,7 +21,7 @@ def singular_message(evaluation: Evaluation) -> str:
 
 
 def record(evaluation: Evaluation, directory: RunDirectory, seconds: float) -> None:
-    """The program, and result.json."""
+    """Write program.csv, and result.json with the figures of merit and the certificate."""
     directory.write_program(evaluation.stand, evaluation.settings)
     directory.remember(
         n=evaluation.program.n,

@@ -177,7 +177,7 @@ class RunDirectory:
         self.write_table(name, [*survey.names, "n", "loss_per_measurement"], rows)
 
     def write_table(self, name: str, header: Sequence[str], rows: Iterable[Sequence[Any]]) -> None:
-        """Write a CSV file."""
+        """Write a CSV file of the run: a header, then the rows, all of the same width."""
         with (self.path / name).open("w", encoding="utf-8", newline="") as file:
             writer = csv.writer(file, lineterminator="\n")
             writer.writerow(header)

@@ -19,7 +19,7 @@ __all__ = ["draw", "show"]
 
 
 def show(designed: Designed) -> None:
-    """Program and figures on the terminal."""
+    """Print the program, its figures beside the best published program, how the search ended, the certificate."""
     problem, result, reference = designed.problem, designed.result, designed.reference
     columns = _notable(problem, result) if isinstance(result, Front) else {"this program": designed.metrics}
     if reference is not None:
@@ -46,7 +46,7 @@ def show(designed: Designed) -> None:
 
 
 def draw(designed: Designed, directory: Path) -> None:
-    """All the figures, into a directory."""
+    """Draw all the figures of the design into a directory, as SVG and PNG."""
     from acalx.reporting.figures import draw_convergence, draw_entries, draw_landscape, draw_positions
 
     problem, result, reference = designed.problem, designed.result, designed.reference

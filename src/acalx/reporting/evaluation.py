@@ -13,7 +13,7 @@ __all__ = ["draw", "show_figures", "show_program"]
 
 
 def show_program(evaluation: Evaluation) -> None:
-    """The positions, and which of them the stand can't take."""
+    """Print the positions, and which of them the stand can't take."""
     print(f"{evaluation.program.title}\n\n{program_table(evaluation.stand, evaluation.settings)}\n")
     if evaluation.outside:
         numbers = ", ".join(map(str, evaluation.outside))
@@ -21,7 +21,7 @@ def show_program(evaluation: Evaluation) -> None:
 
 
 def show_figures(evaluation: Evaluation) -> None:
-    """Figures of merit beside the best published program, standard deviations, the certificate."""
+    """Print figures of merit beside the best published program, standard deviations, the certificate."""
     metrics, reference = evaluation.metrics, evaluation.reference
     columns = {evaluation.program.name: metrics}
     if reference is not None:
@@ -38,7 +38,7 @@ def show_figures(evaluation: Evaluation) -> None:
 
 
 def draw(evaluation: Evaluation, directory: Path) -> None:
-    """All the figures, into a directory."""
+    """Draw all the figures of the evaluation into a directory, as SVG and PNG."""
     from acalx.reporting.figures import draw_entries, draw_positions
 
     stimulus = evaluation.stand.stimulus(evaluation.settings)

@@ -66,7 +66,7 @@ class Scheme(ABC):
 
     @property
     def option(self) -> Option:
-        """What asks for it."""
+        """The option by which a user asks for the scheme, for messages."""
         name = type(self).__name__
         return Option("scheme", name.lower(), f"{name}()")
 
