@@ -50,6 +50,8 @@ class Cosines:
         """What boxes of angles are as boxes of points."""
         # the cosine falls from 0 to pi
         beyond = np.where(self.written, -cells.half, cells.half)
-        inside = [np.where(self.written, np.clip(a, 0.0, np.pi), a) for a in (cells.centers - beyond, cells.centers + beyond)]
+        inside = [
+            np.where(self.written, np.clip(a, 0.0, np.pi), a) for a in (cells.centers - beyond, cells.centers + beyond)
+        ]
         lower, upper = map(self.points, inside)
         return Cells(0.5 * (lower + upper), 0.5 * (upper - lower))
