@@ -217,7 +217,7 @@ def test_exactly_n_and_no_repetitions():
     problem = Problem(GIMBALS, ACCELS, D(), 14)
     assert len(Traversal().exact().solve(problem, np.random.default_rng(0)).best.settings) == 14
     assert FAST.exact() == FAST
-    with pytest.raises(ArgumentError, match="n_from=9 with shorter=false"):
+    with pytest.raises(ArgumentError, match="n_from=9 with shorter=False"):
         Traversal(n_from=9, shorter=False)
     apart = replace(problem, replicates=False)
     result = Traversal().solve(apart, np.random.default_rng(0))

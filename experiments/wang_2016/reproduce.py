@@ -24,7 +24,7 @@ from acalx.recording import RunDirectory
 from acalx.reporting.figures import PALE, SERIES, draw_landscape, new_figure, save
 from acalx.reporting.tables import markdown, program_table
 from acalx.schemes import Composed, Joint, Parallel, Scheme, Serial
-from acalx.simulation import Campaign, ErrorSources, default_estimator, simulate
+from acalx.simulation import Campaign, ErrorSources, default_estimator, run_campaign
 from acalx.stands import PlatformGimbals
 
 HERE = Path(__file__).resolve().parent
@@ -98,7 +98,7 @@ def relative_errors(settings: Array) -> Array:
     """Root mean square error of each of the 36 coefficients over that of the true ones, (36,), simulated."""
     sources = ErrorSources(MAGNITUDES, noise=1.0, setting_rad=0.0, gravity=0.0, installation_arcsec=INSTALLATION)
     campaign = Campaign(SENSOR, STAND, settings, sources, SEED)
-    return simulate(campaign, default_estimator(SENSOR), RUNS).relative_errors
+    return run_campaign(campaign, default_estimator(SENSOR), RUNS).relative_errors
 
 
 def comparison() -> dict[str, str]:

@@ -10,7 +10,7 @@ from typing import final
 import numpy as np
 
 from acalx.criteria.base import Ceiling, Criterion, Product
-from acalx.errors import ArgumentError
+from acalx.errors import ArgumentError, Option
 from acalx.numerics.arrays import Array
 from acalx.quantities.information import Information
 from acalx.quantities.parameter import Parameter
@@ -54,16 +54,19 @@ class Inequality(Ceiling):
 
     @property
     def label(self) -> str:
-        """With the name of the group."""
+        """``Inequality`` and the name of the group."""
         return f"Inequality {self.group}"
 
     def check(self, parameters: tuple[Parameter, ...]) -> None:
-        """ArgumentError where the model has no such group."""
+        """Raise ArgumentError where the model has no such group."""
         groups = list(dict.fromkeys(parameter.group for parameter in parameters))
         if self.group not in groups:
             raise ArgumentError(
-                f"Inequality: the model has no parameter group {self.group!r}; its groups are {', '.join(groups)}; "
-                "name those, or choose a criterion without groups, such as criterion=d"
+                "Inequality: the model has no parameter group {group!r}; its groups are {groups}; "
+                "name those, or choose a criterion without groups, such as {other}",
+                group=self.group,
+                groups=", ".join(groups),
+                other=Option("criterion", "d", "D()"),
             )
 
     def loss(self, information: Information) -> Array:
@@ -85,7 +88,7 @@ class Inequality(Ceiling):
 
     @property
     def log_floor(self) -> float:
-        """Logarithm of the floor."""
+        """Logarithm of the floor, below which inequalities don't count."""
         return math.log(self.floor)
 
     def start(self, parameters: tuple[Parameter, ...], stack: tuple[int, ...]) -> Array:

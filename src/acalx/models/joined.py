@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise, starmap
 from typing import final
@@ -35,8 +35,12 @@ class Composite(Model):
 
     @cached_property
     def parameters(self) -> tuple[Parameter, ...]:
-        """Those of all the parts."""
-        return tuple(parameter for model in self.models for parameter in model.parameters)
+        """Those of all the parts, each part a sensor of its own, or several."""
+        return tuple(
+            replace(parameter, sensor=f"{number}.{parameter.sensor}" if parameter.sensor else f"{number}")
+            for number, model in enumerate(self.models)
+            for parameter in model.parameters
+        )
 
     @property
     def needs(self) -> tuple[str, ...]:

@@ -14,7 +14,8 @@ from acalx.optimizers.base import Optimizer
 from acalx.options import require_count, require_positive
 from acalx.problem import Problem
 from acalx.search.account import Account
-from acalx.search.agreement import distinct_solutions, judge
+from acalx.search.agreement import judge
+from acalx.search.ending import result_of
 from acalx.search.result import ApproximateDesign, Result
 from acalx.search.settle import settle
 from acalx.weights import (
@@ -90,14 +91,23 @@ class Convex(Optimizer[Result]):
         if self.kind not in ("structured", "random"):
             raise ArgumentError(f"kind={self.kind}: must be structured or random")
         if not isinstance(self.solver, str | None):
-            raise ArgumentError(f"solver={self.solver}: must be the name of a solver, such as CLARABEL, or null")
+            raise ArgumentError(
+                "solver={given}: must be the name of a solver, such as CLARABEL, or {none}",
+                given=self.solver,
+                none=Option("solver", None),
+            )
 
     def check(self, problem: Problem) -> None:
         """Refuses criteria without a convex form, and a named solver that is not installed."""
         _concave(problem)
         if self.solver is not None and self.solver not in (installed := installed_solvers()):
             have = f"installed are {', '.join(installed)}" if installed else "cvxpy is not installed at all"
-            raise ArgumentError(f"solver={self.solver}: cvxpy has no such solver here; {have}, or leave it null")
+            raise ArgumentError(
+                "solver={given}: cvxpy has no such solver here; {have}, or take {none}",
+                given=self.solver,
+                have=have,
+                none=Option("solver", None),
+            )
 
     def search(self, problem: Problem, rng: np.random.Generator, account: Account) -> Result:
         """Weights, roundings, polish."""
@@ -115,10 +125,14 @@ class Convex(Optimizer[Result]):
             f"{design.count} support points among {len(candidates)} candidates, gap {found.gap:.1e} "
             f"{'' if reached else f'instead of {self.tolerance:g} '}({how}); of the roundings, {verdict}"
         )
-        return account.result(
-            "ok" if reached else "limit",
-            message,
-            distinct_solutions(problem, descent.settings, descent.loss, self.agreement),
+        return result_of(
+            problem,
+            account,
+            descent.settings,
+            descent.loss,
+            status="ok" if reached else "limit",
+            message=message,
+            agreement=self.agreement,
             design=design,
         )
 
@@ -173,10 +187,7 @@ class Convex(Optimizer[Result]):
         drawn = random_roundings(rng, weights, free, _DRAWS * self.roundings)
         numbers = np.arange(len(weights))
         programs = settings[[np.repeat(numbers, counts) for counts in (efficient, *drawn)]]
-        if problem.fixed is not None:
-            fixed = np.broadcast_to(problem.fixed, (len(programs), *problem.fixed.shape))
-            programs = np.concatenate([fixed, programs], axis=1)
-        programs = problem.restrictions.apart(programs, rng)
+        programs = problem.restrictions.apart(problem.restrictions.completed(programs), rng)
         order = np.argsort(problem.loss(programs[1:]), kind="stable") + 1
         programs = programs[np.concatenate([[0], order])[: self.roundings]]
         programs[1:] = _shaken(problem, rng, programs[1:])
@@ -199,10 +210,13 @@ def _concave(problem: Problem) -> Concave:
     concave = concave_of(problem.objective.criterion)
     if concave is None:
         raise CompatibilityError(
-            "optimizer Convex needs a convex criterion, and {label} does not say that it is one; use {d}, a or e, "
-            "derive the criterion from acalx.criteria.Concave with its `degree` and `convex`, or use {other} or de",
+            "optimizer Convex needs a convex criterion, and {label} does not say that it is one; use {d}, {a} or {e}, "
+            "derive the criterion from acalx.criteria.Concave with its `degree` and `convex`, or use {gradient} or {de}",
             label=problem.criterion.label,
             d=Option("criterion", "d", "D()"),
-            other=Option("optimizer", "gradient", "Gradient()"),
+            a=Option("criterion", "a", "A()"),
+            e=Option("criterion", "e", "E()"),
+            gradient=Option("optimizer", "gradient", "Gradient()"),
+            de=Option("optimizer", "de", "DifferentialEvolution()"),
         )
     return concave

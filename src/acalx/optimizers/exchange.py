@@ -12,8 +12,8 @@ from acalx.optimizers.base import Optimizer
 from acalx.options import require_count, require_positive
 from acalx.problem import Problem
 from acalx.search.account import Account
-from acalx.search.agreement import distinct_solutions
 from acalx.search.descent import descend
+from acalx.search.ending import result_of
 from acalx.search.result import Result, Status
 from acalx.search.settle import settle
 from acalx.search.starts import regular_starts
@@ -98,8 +98,7 @@ class Exchange(Optimizer[Result]):
                 status = "limit"
                 break
         settings, losses = (np.concatenate(parts) for parts in zip(*ends, strict=True))
-        solutions = distinct_solutions(problem, settings, losses, self.agreement)
-        return account.result(status, message, solutions)
+        return result_of(problem, account, settings, losses, status=status, message=message, agreement=self.agreement)
 
     def _chain(
         self, problem: Problem, candidates: Candidates | None, rng: np.random.Generator, account: Account

@@ -10,7 +10,7 @@ from typing import final
 import numpy as np
 
 from acalx.criteria.answers import loss_of
-from acalx.errors import AcalxError, ArgumentError, CompatibilityError, NoProgramError
+from acalx.errors import AcalxError, ArgumentError, CompatibilityError, NoProgramError, Option
 from acalx.numerics.arrays import Array
 from acalx.optimizers.base import Optimizer
 from acalx.options import require_count
@@ -18,7 +18,7 @@ from acalx.problem import Problem
 from acalx.programs.sequences import RULES, regular_sequences
 from acalx.quantities.information import Information
 from acalx.search.account import Account
-from acalx.search.agreement import distinct_solutions
+from acalx.search.ending import result_of
 from acalx.search.result import Result, Survey
 
 __all__ = ["Traversal"]
@@ -91,13 +91,21 @@ class Traversal(Optimizer[Result]):
                 raise ArgumentError(f"{name}={getattr(self, name)}: must be true or false")
         starts, steps = _numbers("starts_deg", self.starts_deg), _numbers("steps_deg", self.steps_deg)
         if len(starts) != 3 or not (starts[0] < starts[1] and starts[2] > 0):
-            raise ArgumentError(f"starts_deg={list(starts)}: give from, up to and step, as in starts_deg=[0,180,5]")
+            raise ArgumentError(
+                "starts_deg={given}: give from, up to and step, as in {example}",
+                given=list(starts),
+                example=Option("starts_deg", [0, 180, 5]),
+            )
         if 0.0 in steps or len(set(steps)) < len(steps):
             raise ArgumentError(f"steps_deg={list(steps)}: give one or more different steps, none of them 0")
         if self.n_from is not None:
             require_count("n_from", self.n_from)
             if not self.shorter:
-                raise ArgumentError(f"n_from={self.n_from} with shorter=false: one or the other")
+                raise ArgumentError(
+                    "n_from={n_from} with {shorter}: one or the other",
+                    n_from=self.n_from,
+                    shorter=Option("shorter", False),
+                )
 
     def exact(self) -> Traversal:
         """No shorter programs."""
@@ -108,8 +116,10 @@ class Traversal(Optimizer[Result]):
         for setting in problem.stand.settings:
             if setting.unit.turn is None:
                 raise CompatibilityError(
-                    f"optimizer Traversal steps angles, but stand {type(problem.stand).__name__} "
-                    f"also sets {setting.column}; use optimizer=de"
+                    "optimizer Traversal steps angles, but stand {stand} also sets {setting}; use {instead}",
+                    stand=type(problem.stand).__name__,
+                    setting=setting.column,
+                    instead=Option("optimizer", "de", "DifferentialEvolution()"),
                 )
         least = problem.model.smallest_n
         if self.n_from is not None and not max(least, problem.held + 1) <= self.n_from <= problem.n:
@@ -147,13 +157,17 @@ class Traversal(Optimizer[Result]):
                 self._keep(problem, survey, account)  # the best so far
             raise
         if not np.isfinite(losses).any():
-            raise NoProgramError(self._nothing(problem, survey))
+            raise self._nothing(problem, survey)
         programs = self._keep(problem, survey, account)
-        solutions = distinct_solutions(problem, programs, problem.loss(programs), _AGREEMENT, sort=False)
-        return account.result(
-            "ok",
-            self._message(survey),
-            solutions,
+        return result_of(
+            problem,
+            account,
+            programs,
+            problem.loss(programs),
+            status="ok",
+            message=self._message(survey),
+            agreement=_AGREEMENT,
+            sort=False,
             survey=survey,
         )
 
@@ -176,8 +190,12 @@ class Traversal(Optimizer[Result]):
         begun = (np.abs(np.sin(0.5 * apart)) < _SAME_ANGLE).all(axis=(1, 2))
         if not begun.any():
             raise AcalxError(
-                f"none of the {len(sequences)} sequences by rule={self.rule} begins with the {problem.held} fixed "
-                "positions, so that none can be continued; leave extends=true out, or fix the beginning of a sequence"
+                "none of the {count} sequences by rule={rule} begins with the {held} fixed positions, so that none can "
+                "be continued; leave {extends} out, or fix the beginning of a sequence",
+                count=len(sequences),
+                rule=self.rule,
+                held=problem.held,
+                extends=Option("extends", True),
             )
         return sequences[begun]
 
@@ -185,8 +203,7 @@ class Traversal(Optimizer[Result]):
         """Programs (s, n, d) in rad of sequences (s, 2 d) in degrees, the fixed positions first."""
         if problem.fixed is None or self.extends:
             return self._regular(problem, sequences, problem.n)
-        free = self._regular(problem, sequences, problem.n - problem.held)
-        return np.concatenate([np.broadcast_to(problem.fixed, (len(free), *problem.fixed.shape)), free], axis=1)
+        return problem.restrictions.completed(self._regular(problem, sequences, problem.n - problem.held))
 
     def _regular(self, problem: Problem, sequences: Array, n: int) -> Array:
         starts, steps = sequences[:, : problem.d], sequences[:, problem.d :]
@@ -211,7 +228,7 @@ class Traversal(Optimizer[Result]):
             f"{survey.numbers[column]} positions: {of_it}"
         )
 
-    def _nothing(self, problem: Problem, survey: Survey) -> str:
+    def _nothing(self, problem: Problem, survey: Survey) -> NoProgramError:
         """Why no sequence can estimate all the parameters, and what to change."""
         head = (
             f"no regular sequence of up to {problem.n} positions by rule={self.rule} with "
@@ -222,15 +239,22 @@ class Traversal(Optimizer[Result]):
         usable = [one[:length] for one, length in zip(settings, lengths, strict=True) if length >= survey.numbers[0]]
         if not usable:
             limits = ", ".join(setting.limits for setting in problem.stand.settings)
-            return (
+            return NoProgramError(
                 f"{head}: they leave the limits or stops of the stand, {limits}; choose other starts_deg or steps_deg"
             )
         visited = max(len(np.unique(np.round(np.degrees(one), 6) % _TURN, axis=0)) for one in usable)
         repeats = visited < max(map(len, usable))
         again = f": they come back to the same attitude after {visited} positions or fewer" if repeats else ""
         unseen = min((problem.information(one).inestimable() for one in usable), key=len)
-        others = " or ".join(f"rule={rule}" for rule in RULES if rule != self.rule)
-        return f"{head}{again}; at best they can't see {'; '.join(unseen)}; choose {others}, or other steps_deg"
+        one, other = (Option("rule", rule) for rule in RULES if rule != self.rule)
+        return NoProgramError(
+            "{head}{again}; at best they can't see {unseen}; choose {one} or {other}, or other steps_deg",
+            head=head,
+            again=again,
+            unseen="; ".join(unseen),
+            one=one,
+            other=other,
+        )
 
 
 def _per_measurement(problem: Problem, settings: Array, numbers: np.ndarray) -> Array:
