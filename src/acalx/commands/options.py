@@ -82,7 +82,7 @@ def names_of(config: DictConfig, key: str, length: int | None = None) -> list[st
 
 
 def where_of(config: DictConfig) -> dict[str, Any]:
-    """Values that columns must have."""
+    """Values that columns of the data must have for a row to be read, by the names of the columns."""
     where = config.where
     if where is None:
         return {}

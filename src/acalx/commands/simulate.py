@@ -46,7 +46,7 @@ class SimulateConfig:
 
 @answers_singular
 def run(config: DictConfig, directory: RunDirectory) -> int:
-    """Simulate each program with the same sensors, record, show."""
+    """Simulate each program with the same sensors, record, show; gives the exit status."""
     started = time.perf_counter()
     names = _names(config)
     directory.remember(inestimable=[], seed=config.seed, trials=config.trials)

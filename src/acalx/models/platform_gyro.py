@@ -78,7 +78,7 @@ class PlatformGyro(Polynomial):
 
     @cached_property
     def terms(self) -> tuple[Term, ...]:
-        """Bias, first order, second order, misalignments."""
+        """Bias in deg/h, terms in g and g^2, and the misalignments by which the Earth's rate comes in."""
         first = "xyz".index(self.axis)
         axes = {letter: (first + k) % 3 for k, letter in enumerate("IOS")}
 

@@ -67,7 +67,7 @@ class Polynomial(Model):
 
     @property
     def degree(self) -> int:
-        """Of the term with most factors."""
+        """Degree of the rows in the stimulus: the number of factors of the longest product."""
         return max(len(term.factors) for term in self.terms)
 
     def regressors(self, stimulus: Stimulus) -> Array:

@@ -85,7 +85,7 @@ class ScalarAccel(Model):
         return 2
 
     def regressors(self, stimulus: Stimulus) -> Array:
-        """Rows h, shape (..., n, 1, p)."""
+        """Rows h of the residual of the magnitude, (..., n, 1, p): the vertical, its squares and products."""
         force = _force(stimulus)
         rows = empty_as(force, (*force.shape[:-1], 9))
         x, y, z = (force[..., k] for k in range(3))

@@ -69,7 +69,7 @@ class Evaluation:
 
     @property
     def loss(self) -> float:
-        """By the criterion; inf where the program is singular."""
+        """Loss of the program by the criterion, a logarithm; inf where the program is singular."""
         return np.inf if self.inestimable else float(self.problem.objective.loss(self.settings))
 
     @cached_property

@@ -51,7 +51,7 @@ class Trial:
 
     @property
     def met(self) -> bool:
-        """Whether it meets the target."""
+        """Whether all standard errors of the best program of so many positions are within the target."""
         return self.share <= 1.0 + _SLACK
 
 

@@ -57,7 +57,7 @@ def record_intervals(readings: Readings, directory: RunDirectory) -> None:
 
 
 def record_result(calibration: Calibration, directory: RunDirectory, seconds: float) -> None:
-    """result.json."""
+    """result.json: how well the readings fit, which positions are outlying, and what else is remarkable."""
     remarks = calibration.remarks()
     directory.write_result(
         "ok",

@@ -73,7 +73,7 @@ class RunDirectory:
 
     @property
     def recorded(self) -> bool:
-        """Whether there is a result."""
+        """Whether a run has written its result.json here already."""
         return (self.path / _RESULT).exists()
 
     def remember(self, **entries: Any) -> None:

@@ -17,7 +17,7 @@ _COLUMNS = (
 
 
 def record(simulated: Simulated, errors: Mapping[str, Any], directory: RunDirectory) -> None:
-    """simulation.json and simulation.csv.
+    """simulation.json with all outcomes, and simulation.csv with a row for each parameter of each program.
 
     Parameters
     ----------
@@ -38,7 +38,7 @@ def record(simulated: Simulated, errors: Mapping[str, Any], directory: RunDirect
 
 
 def record_result(simulated: Simulated, directory: RunDirectory, seconds: float) -> None:
-    """result.json."""
+    """result.json: the figures of each program by groups of parameters, and whether all agree with theory."""
     directory.write_result(
         "ok",
         simulated.summary(),

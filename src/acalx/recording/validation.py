@@ -47,5 +47,5 @@ def record(validated: Validated, data: str, test: str | None, directory: RunDire
 
 
 def record_result(validated: Validated, directory: RunDirectory, seconds: float) -> None:
-    """result.json."""
+    """result.json: medians over the sensors of what came out on positions that were held out."""
     directory.write_result("ok", validated.summary(), metrics=validated.medians, seconds=seconds)

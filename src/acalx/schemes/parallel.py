@@ -52,14 +52,14 @@ class Parallel(Scheme):
         check_positions(self.positions)
 
     def smallest_n(self, problem: Problem) -> int:
-        """What all the kinds need together."""
+        """The fewest positions: what each kind needs alone, or is given, added up with those that are fixed."""
         given = self.positions or {}
         return problem.held + sum({**_least(problem, kinds_of(self, problem)), **given}.values())
 
     def solve(
         self, problem: Problem, optimizer: Optimizer[Any], rng: np.random.Generator, watch: Watch | None = None
     ) -> Composed:
-        """Design for each kind, join the programs."""
+        """Design a program for each kind alone, leave out positions that others serve, join the rest."""
         kinds = kinds_of(self, problem)
         weights = {name: model.smallest_n for name, model in kinds.items()}
         numbers = divide(problem.n, problem.held, _least(problem, kinds), weights, self.positions or {})

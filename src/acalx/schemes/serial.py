@@ -72,7 +72,7 @@ class Serial(Scheme):
     def solve(
         self, problem: Problem, optimizer: Optimizer[Any], rng: np.random.Generator, watch: Watch | None = None
     ) -> Composed:
-        """Design for each kind after the other."""
+        """Design for each kind after the other, around the positions that are there already."""
         kinds = self._ordered(problem)
         weights, given = {name: model.smallest_n for name, model in kinds.items()}, self.positions or {}
         numbers = divide(problem.n, problem.held, _least(problem, kinds, given), weights, given)
