@@ -15,7 +15,12 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 SCRIPT = str(Path(sys.executable).parent / "acalx")
-ENVIRONMENT = {key: value for key, value in os.environ.items() if not key.startswith(("HYDRA_", "COMP_"))}
+# without what keeps Python from keeping what it compiled: hundreds of commands would each compile anew
+ENVIRONMENT = {
+    key: value
+    for key, value in os.environ.items()
+    if not key.startswith(("HYDRA_", "COMP_", "PYTEST_")) and key != "PYTHONDONTWRITEBYTECODE"
+}
 SECONDS = 180
 _T = TypeVar("_T")
 

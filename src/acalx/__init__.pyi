@@ -76,10 +76,15 @@ from .search.result import Result as Result
 from .search.result import Survey as Survey
 from .simulation import Campaign as Campaign
 from .simulation import ErrorSources as ErrorSources
+from .simulation import Simulated as Simulated
+from .simulation import simulate as simulate
 from .stands import PlatformGimbals as PlatformGimbals
 from .stands import RateTable as RateTable
+from .stands import Rotary as Rotary
 from .stands import Setting as Setting
 from .stands import Stand as Stand
 from .stands import TwoAxis as TwoAxis
+from .validation import Validated as Validated
+from .validation import validate as validate
 
 __version__: str

@@ -1,8 +1,5 @@
-"""How a program for a model of several kinds of sensors is put together."""
+"""How a program for a model of several kinds of sensors is put together; one file each, imported when used."""
 
-from acalx.schemes.base import Composed, Part, Scheme
-from acalx.schemes.joint import Joint
-from acalx.schemes.parallel import Parallel
-from acalx.schemes.serial import Serial
+import lazy_loader
 
-__all__ = ["Composed", "Joint", "Parallel", "Part", "Scheme", "Serial"]
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -1,10 +1,5 @@
-"""Stands: what turns the sensor."""
+"""Stands: what turns the sensor; one file each, imported when used."""
 
-from acalx.stands.base import Setting, Stand
-from acalx.stands.grid import Grid, grid_over
-from acalx.stands.platform_gimbals import PlatformGimbals
-from acalx.stands.rate_table import RateTable
-from acalx.stands.rotary import Rotary
-from acalx.stands.two_axis import TwoAxis
+import lazy_loader
 
-__all__ = ["Grid", "PlatformGimbals", "RateTable", "Rotary", "Setting", "Stand", "TwoAxis", "grid_over"]
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
