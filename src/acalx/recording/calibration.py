@@ -57,7 +57,7 @@ def record_intervals(readings: Readings, directory: RunDirectory) -> None:
 
 
 def record_result(calibration: Calibration, directory: RunDirectory, seconds: float) -> None:
-    """result.json."""
+    """result.json: noise, outlying positions, and what somebody who relies on the calibration should know."""
     remarks = calibration.remarks()
     directory.write_result(
         "ok",

@@ -38,7 +38,7 @@ def record(simulated: Simulated, errors: Mapping[str, Any], directory: RunDirect
 
 
 def record_result(simulated: Simulated, directory: RunDirectory, seconds: float) -> None:
-    """result.json."""
+    """result.json: the verdict on each program, its groups of parameters, and the time that it takes on the stand."""
     directory.write_result(
         "ok",
         simulated.summary(),

@@ -47,5 +47,5 @@ def record(validated: Validated, data: str, test: str | None, directory: RunDire
 
 
 def record_result(validated: Validated, directory: RunDirectory, seconds: float) -> None:
-    """result.json."""
+    """result.json: the medians of all figures over the sensors."""
     directory.write_result("ok", validated.summary(), metrics=validated.medians, seconds=seconds)
