@@ -93,6 +93,7 @@ class Side:
     def __init__(self, python: str) -> None:
         self.python = python
         self.environment = os.environ | {"OPENBLAS_NUM_THREADS": "1"}
+        self.environment.pop("PYTHONDONTWRITEBYTECODE", None)  # as where people work
         self.process = subprocess.Popen(
             [python, "-c", WORKER], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, env=self.environment
         )

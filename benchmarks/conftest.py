@@ -14,6 +14,8 @@ import pytest
 # Before numpy is imported. On matrices this small a second thread only waits for the first, which on
 # a busy machine slows scipy's L-BFGS-B tenfold and would flatter acalx.
 os.environ["OPENBLAS_NUM_THREADS"] = "1"
+# As where people work: commands keep what Python has compiled.
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 
 _ROWS: list[list[str]] = []
 

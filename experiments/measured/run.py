@@ -13,6 +13,7 @@ from string import Template
 
 import numpy as np
 
+from acalx.commands.explain import as_override
 from acalx.criteria import D
 from acalx.estimation import (
     Calibration,
@@ -123,7 +124,7 @@ def recording(data: Data) -> dict[str, str]:
     try:
         calibrate(six, MODEL, ESTIMATOR, METERS)
     except SingularError as error:
-        missing = str(error).removeprefix(f"{six.name}: ")
+        missing = error.said(as_override).removeprefix(f"{six.name}: ")
     return {
         "raw": (
             f"{raw.readings.n} static intervals were found, {static.readings.n} were prepared;\n"

@@ -67,7 +67,7 @@ def run(config: DictConfig, directory: RunDirectory) -> int:
     unit = build(config, "unit", Unit)
     directory.remember(model=described(model), estimator=described(estimator), unit=described(unit))
     directory.remember(noise=config.noise, confidence=config.confidence)
-    readings = _read(config)
+    readings = _read(config, directory)
     directory.remember(n=readings.n)
     calibration = calibrate(readings, model, estimator, unit, config.noise, config.confidence)
     record(calibration, str(config.data), directory)
@@ -81,19 +81,21 @@ def run(config: DictConfig, directory: RunDirectory) -> int:
     return 0
 
 
-def _read(config: DictConfig) -> Readings:
+def _read(config: DictConfig, directory: RunDirectory) -> Readings:
     """The readings that the configuration names: static positions, or a recording of them."""
     columns = names_of(config, "columns", 3)
     if config.static is not None:
         if config.where:
             raise ArgumentError(f"where={config.where}: goes with static positions, not with a raw recording")
-        found: StaticIntervals = build(config, "static", StaticIntervals)
-        return found.readings(str(config.data), columns)
+        intervals: StaticIntervals = build(config, "static", StaticIntervals)
+        directory.remember(static=described(intervals))
+        return intervals.readings(str(config.data), columns)
     return read_readings(str(config.data), columns, where_of(config), build(config, "stand", Stand))
 
 
 def _apply(config: DictConfig, directory: RunDirectory, started: float) -> int:
     """Write the data again with three columns more: the specific force in g."""
+    directory.remember(apply=str(config.apply))
     correction = read_correction(str(config.apply))
     count, magnitude = record_corrected(correction, str(config.data), names_of(config, "columns", 3), directory)
     message = corrected_message(count, magnitude)

@@ -93,7 +93,11 @@ class ErrorSources:
                 "as in [10,1]"
             )
         if not isinstance(self.parameters, Mapping):
-            raise ArgumentError(f"parameters={self.parameters}: give magnitudes by group, as in {{bias: 1e-4}}")
+            raise ArgumentError(
+                "{given}: give magnitudes by group, as in {right}",
+                given=Option("parameters", self.parameters),
+                right=Option("errors.parameters", "{bias: 1e-4}", '{"bias": 1e-4}'),
+            )
         for group, magnitude in self.parameters.items():
             _require_magnitude(group, magnitude)
 
