@@ -57,11 +57,7 @@ def record_intervals(readings: Readings, directory: RunDirectory) -> None:
 
 
 def record_result(calibration: Calibration, directory: RunDirectory, seconds: float) -> None:
-<<<<<<< HEAD
-    """result.json: how well the readings fit, which positions are outlying, and what else is remarkable."""
-=======
     """result.json: noise, outlying positions, and what somebody who relies on the calibration should know."""
->>>>>>> estimation
     remarks = calibration.remarks()
     directory.write_result(
         "ok",

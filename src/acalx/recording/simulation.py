@@ -38,11 +38,7 @@ def record(simulated: Simulated, errors: Mapping[str, Any], directory: RunDirect
 
 
 def record_result(simulated: Simulated, directory: RunDirectory, seconds: float) -> None:
-<<<<<<< HEAD
-    """result.json: the figures of each program by groups of parameters, and whether all agree with theory."""
-=======
     """result.json: the verdict on each program, its groups of parameters, and the time that it takes on the stand."""
->>>>>>> estimation
     directory.write_result(
         "ok",
         simulated.summary(),

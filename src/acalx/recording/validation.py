@@ -47,9 +47,5 @@ def record(validated: Validated, data: str, test: str | None, directory: RunDire
 
 
 def record_result(validated: Validated, directory: RunDirectory, seconds: float) -> None:
-<<<<<<< HEAD
-    """result.json: medians over the sensors of what came out on positions that were held out."""
-=======
     """result.json: the medians of all figures over the sensors."""
->>>>>>> estimation
     directory.write_result("ok", validated.summary(), metrics=validated.medians, seconds=seconds)
