@@ -189,9 +189,12 @@ class Information:
 
     @property
     def _far_apart(self) -> np.ndarray:
-        """Where the smallest eigenvalue would be lost in rounding errors of the largest, though M is regular, (...)."""
+        """Where the smallest eigenvalue would be lost in rounding errors of the largest, though M has an inverse, (...)."""
         values = self.eigenvalues
-        return np.asarray(~self.singular & ~(values[..., 0] * _APART > values[..., -1]))
+        apart = ~self.singular & ~(values[..., 0] * _APART > values[..., -1])
+        if apart.any():
+            apart[apart] = np.isfinite(self.covariance[apart]).all(axis=(-2, -1))
+        return np.asarray(apart)
 
     @cached_property
     def smallest_eigenvalue(self) -> Array:
@@ -204,7 +207,7 @@ class Information:
 
     @property
     def weakest(self) -> Array:
-        """Unit vectors of the combination of parameters that is known worst, (..., p): that of the smallest eigenvalue."""
+        """Unit vectors of the combination of parameters that is known worst, (..., p)."""
         direction = np.linalg.eigh(self.matrix).eigenvectors[..., 0]
         apart = self._far_apart
         if apart.any():
