@@ -204,7 +204,7 @@ class Information:
 
     @property
     def weakest(self) -> Array:
-        """Unit vectors of the combination of parameters that is known worst, (..., p): that of the smallest eigenvalue."""
+        """Combinations of parameters that are known worst, unit vectors (..., p): those of the smallest eigenvalue."""
         direction = np.linalg.eigh(self.matrix).eigenvectors[..., 0]
         apart = self._far_apart
         if apart.any():
