@@ -162,8 +162,9 @@ def test_the_sensitivity_of_a_relaxation_is_one_on_its_support():
 
 
 def test_an_interrupt_while_bounding_loses_nothing(tmp_path):
-    code = "import sys, acalx.commands.run as run\ndef stop(*_): raise KeyboardInterrupt\n"
-    code += "run.certify = stop\nsys.exit(run.main())"
+    code = "import sys, acalx.planning.design as design\nfrom acalx.commands.run import main\n"
+    code += "def stop(*_): raise KeyboardInterrupt\n"
+    code += "design.certify = stop\nsys.exit(main())"
     command = [sys.executable, "-c", code, "criterion=d", "optimizer=gradient", "figures=false", "hydra.run.dir=here"]
     outcome = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
     result = json.loads((tmp_path / "here" / "result.json").read_text())

@@ -222,7 +222,7 @@ def test_a_solver_for_other_problems_is_an_error() -> None:
 
 
 def test_a_solver_that_is_not_installed_is_an_error() -> None:
-    with pytest.raises(ArgumentError, match=r"solver=NOSUCH: .* installed are .*CLARABEL.*SCS.*leave it null"):
+    with pytest.raises(ArgumentError, match=r"solver=NOSUCH: .* installed are .*CLARABEL.*SCS.*take solver=None"):
         solve(Convex(solver="NOSUCH"), parts.problem())
 
 

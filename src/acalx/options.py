@@ -3,12 +3,32 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from typing import TypeGuard
 
 import numpy as np
 
-from acalx.errors import ArgumentError
+from acalx.errors import ArgumentError, Option
 
-__all__ = ["require_count", "require_points", "require_positive"]
+__all__ = [
+    "require_confidence",
+    "require_count",
+    "require_limits",
+    "require_number",
+    "require_points",
+    "require_positive",
+    "require_seed",
+    "require_speeds",
+    "require_step",
+    "require_steps",
+    "require_switch",
+]
+
+
+def require_confidence(value: object) -> None:
+    """Raise ArgumentError unless it is a probability that intervals can have, from 0.5 to less than 1."""
+    if not (isinstance(value, float) and 0.5 <= value < 1.0):
+        raise ArgumentError(f"confidence={value}: give a probability from 0.5 to less than 1, such as 0.95")
 
 
 def require_count(name: str, value: object) -> None:
@@ -23,8 +43,79 @@ def require_positive(name: str, value: object) -> None:
         raise ArgumentError(f"{name}={value}: must be a positive number")
 
 
+def require_number(name: str, value: object, lower: float, upper: float, unit: str = "degrees") -> float:
+    """A number within limits, or ArgumentError."""
+    if not _is_number(value) or not lower <= value <= upper:
+        raise ArgumentError(f"{name}={value}: must be a number of {unit} from {lower:g} to {upper:g}")
+    return float(value)
+
+
+def require_limits(name: str, value: object, unit: str = "degrees") -> tuple[float, float]:
+    """A lower and an upper limit, or ArgumentError."""
+    if not (isinstance(value, Sequence) and not isinstance(value, str) and len(value) == 2):
+        raise ArgumentError(
+            "{given}: give a lower and an upper limit in {unit}, as in {example}",
+            given=f"{name}={value}",
+            unit=unit,
+            example=Option(name, [-180, 180], "(-180, 180)"),
+        )
+    lower, upper = value
+    if not (_is_number(lower) and _is_number(upper)):
+        raise ArgumentError(f"{name}=[{lower}, {upper}]: both limits must be finite numbers of {unit}")
+    return float(lower), float(upper)
+
+
+def require_step(name: str, value: object, unit: str = "degrees") -> float | None:
+    """A number or None, or ArgumentError; its size is for the setting to judge."""
+    if value is not None and not _is_number(value):
+        raise ArgumentError(
+            "{given}: a step is a number of {unit}, or {none} for none",
+            given=f"{name}={value}",
+            unit=unit,
+            none=Option(name, None),
+        )
+    return value
+
+
+def require_steps(name: str, value: object, count: int) -> tuple[float | None, ...]:
+    """One step for all of some angles or one for each, in degrees, or ArgumentError."""
+    if not isinstance(value, Sequence) or isinstance(value, str):
+        return (require_step(name, value),) * count
+    if len(value) != count:
+        raise ArgumentError(f"{name}={list(value)}: give one step for all angles or {count}, one for each")
+    return tuple(require_step(name, step) for step in value)
+
+
+def require_speeds(name: str, value: object, count: int) -> tuple[float, ...]:
+    """One speed for all of some axes or one for each, in degrees per second, as rad/s, or ArgumentError."""
+    each = tuple(value) if isinstance(value, Sequence) and not isinstance(value, str) else (value,) * count
+    speeds = tuple(math.radians(speed) for speed in each if _is_number(speed) and speed > 0)
+    if len(speeds) != len(each) or len(each) != count:
+        raise ArgumentError(
+            f"{name}={value}: give a positive number of degrees per second, or {count} of them, one for each axis"
+        )
+    return speeds
+
+
+def require_switch(name: str, value: object) -> bool:
+    """True or false, or ArgumentError."""
+    if not isinstance(value, bool):
+        raise ArgumentError(f"{name}={value}: must be true or false")
+    return value
+
+
 def require_points(name: str, value: object, objectives: int = 2) -> None:
     """Raise ArgumentError unless the option is a whole number that a front of so many objectives can have."""
     require_count(name, value)
     if isinstance(value, (int, np.integer)) and value < objectives:
         raise ArgumentError(f"{name}={value}: a front of {objectives} objectives has {objectives} ends or more")
+
+
+def require_seed(value: object) -> None:
+    """Raise ArgumentError unless it is a seed of a random generator."""
+    if not isinstance(value, (int, np.integer)) or isinstance(value, bool) or value < 0:
+        raise ArgumentError(f"seed={value}: the seed must be a whole number, 0 or more")
+
+
+def _is_number(value: object) -> TypeGuard[float]:
+    return isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)

@@ -24,6 +24,7 @@ import numpy as np
 from acalx.bounds.relaxation import Relaxation, enumerable, looked_at_stops, relax, sensitivity, stops_of
 from acalx.criteria import Ceiling, Concave, Criterion, Product, concave_of
 from acalx.errors import CompatibilityError
+from acalx.numerics.cosine import Cosines
 from acalx.numerics.supremum import Cells, cells_between, cells_of, supremum
 from acalx.problem import Problem
 from acalx.stands import Stand
@@ -158,20 +159,21 @@ def _proved_peak(problem: Problem, relaxation: Relaxation) -> tuple[float, str, 
         return relaxation.peak, method, "computed"
     degrees = [2 * degree * frequency for frequency in frequencies]
     share = float((relaxation.support * problem.base_share).sum())
+    stand, zones = problem.stand, problem.stand.zones
+    settings = Cosines(stand.axes.bounds, [not setting.angle for setting in stand.settings])
 
-    def values(points: np.ndarray) -> np.ndarray:
-        return sensitivity(problem, relaxation.support, points)[0] + share
-
-    zones = problem.stand.zones
+    def values(angles: np.ndarray) -> np.ndarray:
+        return sensitivity(problem, relaxation.support, settings.points(angles))[0] + share
 
     def forbidden(cells: Cells) -> np.ndarray:
-        return np.asarray(np.logical_or.reduce([zone.covers(cells.centers, cells.half) for zone in zones]))
+        taken = settings.cells(cells)
+        return np.asarray(np.logical_or.reduce([zone.covers(taken.centers, taken.half) for zone in zones]))
 
     exact = all(zone.exact for zone in zones)
     proof = supremum(
         values,
         degrees,
-        cells_of(_axes(problem.stand)),
+        cells_of(_axes(stand, settings)),
         relaxation.peak + _MARGIN,
         forbidden if zones else None,
         0.0 if exact else _FINEST,
@@ -182,12 +184,14 @@ def _proved_peak(problem: Problem, relaxation: Relaxation) -> tuple[float, str, 
     return proof.value, f"{method}; forbidden_if known only where it was asked", "computed"
 
 
-def _axes(stand: Stand) -> list[tuple[np.ndarray, np.ndarray]]:
+def _axes(stand: Stand, settings: Cosines) -> list[tuple[np.ndarray, np.ndarray]]:
     """First cells in each angle: its stops, or intervals that end at boxes, so that no cell is partly in one."""
     axes = []
     for axis, (setting, stops) in enumerate(zip(stand.settings, looked_at_stops(stand), strict=True)):
         if stops:
-            axes.append((setting.stops(), np.zeros(len(setting.stops()))))
+            angles = settings.angles(axis, setting.stops())
+            axes.append((angles, np.zeros(len(angles))))
             continue
-        axes.append(cells_between(stand.axes.divided(axis, _FIRST_CELLS + 1)))
+        count = _FIRST_CELLS if setting.angle else 1  # what is no angle may play no part: it is split where it does
+        axes.append(cells_between(settings.angles(axis, stand.axes.divided(axis, count + 1))))
     return axes

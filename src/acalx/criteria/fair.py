@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import final
 
 import numpy as np
 
-from acalx.criteria.base import Ceiling
+from acalx.criteria.base import Ceiling, Criterion, Product
 from acalx.errors import ArgumentError, Option
 from acalx.numerics.arrays import Array
 from acalx.quantities.information import Information
 from acalx.quantities.parameter import Parameter
 
-__all__ = ["Inequality"]
+__all__ = ["Inequality", "fair"]
 
 
 @final
@@ -111,6 +112,22 @@ class Inequality(Ceiling):
         weights = by_log / information.variances[..., indices]
         gradient = -(columns * weights[..., None, :]) @ columns.swapaxes(-1, -2)
         return value, gradient, slope, following
+
+
+def fair(
+    criterion: Criterion, groups: Sequence[str] = ("bias", "scale", "nonorthogonality"), exponent: float = 0.1
+) -> Product:
+    """The fair compromise: a criterion times the inequality of each group to a power.
+
+    Source: Egorov, Kiryachenko, Popov (2021).
+
+    Examples
+    --------
+    >>> from acalx.criteria import D
+    >>> fair(D()).label
+    'Product'
+    """
+    return Product([criterion, *map(Inequality, groups)], [1.0, *[exponent] * len(groups)])
 
 
 def _share(covariance: Array, index: np.ndarray) -> Array:

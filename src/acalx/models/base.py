@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Mapping
 from dataclasses import fields, replace
 from typing import Protocol
 
 import numpy as np
 
-from acalx.errors import CompatibilityError
+from acalx.errors import CompatibilityError, Option
 from acalx.numerics.arrays import Array
 from acalx.quantities.information import Information
 from acalx.quantities.parameter import Parameter
@@ -20,7 +21,7 @@ __all__ = ["Model"]
 class _Stand(Protocol):
     """What a model asks of an `acalx.stands.Stand`."""
 
-    def advice(self, quantity: str) -> str: ...
+    def advice(self, quantity: str) -> tuple[str, Mapping[str, Option]]: ...
 
 
 class Model(ABC):
@@ -114,7 +115,11 @@ class Model(ABC):
         known = [field.name for field in fields(Stimulus)]
         for name in self.needs:
             if name not in known or getattr(stimulus, name) is None:
+                advice, options = stand.advice(name)
                 raise CompatibilityError(
-                    f"model {type(self).__name__} needs the {name.replace('_', ' ')}, "
-                    f"which stand {type(stand).__name__} does not provide{stand.advice(name)}"
+                    "model {model} needs the {quantity}, which stand {stand} does not provide" + advice,
+                    model=type(self).__name__,
+                    quantity=name.replace("_", " "),
+                    stand=type(stand).__name__,
+                    **options,
                 )

@@ -8,7 +8,7 @@ largest value on the cell is bounded term by term, plus
     1/6 sum_j |c_j| (sum_k |j_k| r_k)^3
 
 for all that is of third order. A cell where this is below what is asked for is done with; the
-others are split.
+others are split, in the angles that add most to it.
 """
 
 from __future__ import annotations
@@ -26,6 +26,10 @@ __all__ = ["Cells", "Supremum", "cells_between", "cells_of", "supremum"]
 
 _MOST_CELLS = 2_000_000
 _AT_A_TIME = 50_000
+# Relative to its mean, what a function of an angle that plays no part depends on it.
+_ROUNDING = 1e-13
+# A cell is split in the angles that add at least this part of what the one that matters most adds.
+_MATTERS = 0.3
 
 
 @dataclass(frozen=True)
@@ -48,13 +52,17 @@ class Cells:
         """Some of them."""
         return Cells(self.centers[members], self.half[members])
 
-    def split(self) -> Cells:
-        """Each into halves in every angle in which it has a width."""
-        wide = np.any(self.half > 0, axis=0).tolist()
-        corners = np.array(list(itertools.product(*((-0.5, 0.5) if w else (0.0,) for w in wide))))
-        centers = self.centers[:, None, :] + corners * self.half[:, None, :]
-        half = np.broadcast_to(0.5 * self.half[:, None, :], centers.shape)
-        return Cells(centers.reshape(-1, len(wide)), half.reshape(-1, len(wide)))
+    def split(self, which: np.ndarray) -> Cells:
+        """Each into halves in those of its angles, (k, d), that are told."""
+        centers, half = self.centers, np.where(which, 0.5 * self.half, self.half)
+        for axis in range(half.shape[1]):
+            halved = which[:, axis]
+            shift = np.zeros((int(halved.sum()), half.shape[1]))
+            shift[:, axis] = half[halved, axis]
+            centers = np.concatenate([centers[~halved], centers[halved] - shift, centers[halved] + shift])
+            half = np.concatenate([half[~halved], half[halved], half[halved]])
+            which = np.concatenate([which[~halved], which[halved], which[halved]])
+        return Cells(centers, half)
 
 
 def cells_between(edges: Array) -> tuple[Array, Array]:
@@ -117,7 +125,10 @@ def supremum(
         if outside is not None:
             cells = cells.select(~outside(cells))
         parts = [slice(k, k + _AT_A_TIME) for k in range(0, len(cells), _AT_A_TIME)]
-        highest = np.concatenate([np.empty(0), *(series.highest(cells.centers[p], cells.half[p]) for p in parts)])
+        found = [series.highest(cells.centers[p], cells.half[p]) for p in parts]
+        if not found:
+            return Supremum(settled, total)
+        highest, added = (np.concatenate(each) for each in zip(*found, strict=True))
         total += len(cells)
         above = highest > settled
         if not above.any():
@@ -125,9 +136,11 @@ def supremum(
         ended = above & (cells.half <= finest).all(axis=1)
         settled = max(settled, float(highest[ended].max(initial=-np.inf)))
         above = highest > settled
-        if total + int(above.sum()) * 2 ** cells.half.shape[1] > _MOST_CELLS:
+        cells, added = cells.select(above), added[above]
+        which = (added >= _MATTERS * added.max(axis=1, keepdims=True)) & (cells.half > finest)
+        if total + int((2 ** which.sum(axis=1)).sum()) > _MOST_CELLS:
             return Supremum(max(settled, float(highest.max())), total)
-        cells = cells.select(above).split()
+        cells = cells.split(which)
 
 
 class _Series:
@@ -139,25 +152,38 @@ class _Series:
         values = function(np.array(list(itertools.product(*turns)))).reshape(counts)
         self.coefficients = np.fft.fftn(values) / values.size
         self.orders = [np.fft.fftfreq(count, 1 / count) for count in counts]
+        self.left_out = 0.0
+        for axis in range(len(counts)):
+            self._leave_out(axis)
         # sum_j |c_j| |j_a j_b j_c| for all triples of angles: what the third order can add
-        sizes = np.stack(np.meshgrid(*(np.abs(order) for order in self.orders), indexing="ij")).reshape(len(counts), -1)
+        sizes = np.stack(np.meshgrid(*map(np.abs, self.orders), indexing="ij")).reshape(len(counts), -1)
         self.third = np.einsum("j,aj,bj,cj->abc", np.abs(self.coefficients).ravel(), sizes, sizes, sizes)
 
-    def highest(self, centers: Array, half: Array) -> Array:
-        """Upper bounds on cells around centers (k, d) with half widths (k, d)."""
+    def _leave_out(self, axis: int) -> None:
+        """Keep the mean over an angle alone where the rest is no more than rounding."""
+        mean = self.coefficients.take([0], axis=axis)
+        rest = np.abs(np.delete(self.coefficients, 0, axis=axis)).sum()
+        if rest <= _ROUNDING * np.abs(mean).sum():
+            self.coefficients, self.orders[axis] = mean, np.zeros(1)
+            self.left_out += float(rest)
+
+    def highest(self, centers: Array, half: Array) -> tuple[Array, Array]:
+        """Upper bounds (k,) on cells around centers (k, d) with half widths (k, d), and what each angle adds, (k, d)."""
         d = half.shape[1]
         phases = [np.exp(1j * np.outer(centers[:, k], self.orders[k])) for k in range(d)]
         unit = np.eye(d, dtype=int)
-        bound = self._derivative(phases, (0,) * d)
+        rest = np.einsum("abc,kb,kc->ka", self.third, half, half)
+        added = half * rest / 6
         for k in range(d):
             slope = self._derivative(phases, tuple(unit[k]))
             bend = self._derivative(phases, tuple(2 * unit[k]))
-            bound = bound + _highest_of_parabola(np.abs(slope), bend, half[:, k])
+            added[:, k] += _highest_of_parabola(np.abs(slope), bend, half[:, k])
             for j in range(k):
                 mixed = self._derivative(phases, tuple(unit[j] + unit[k]))
-                bound = bound + np.abs(mixed) * half[:, j] * half[:, k]
-        rest = np.einsum("abc,ka,kb,kc->k", self.third, half, half, half)
-        return np.asarray(bound + rest / 6)
+                both = np.abs(mixed) * half[:, j] * half[:, k]
+                added[:, j] += 0.5 * both
+                added[:, k] += 0.5 * both
+        return self._derivative(phases, (0,) * d) + added.sum(axis=1) + self.left_out, added
 
     def _derivative(self, phases: list[np.ndarray], times: tuple[int, ...]) -> Array:
         """A partial derivative at all points at once, contracting one angle after another."""

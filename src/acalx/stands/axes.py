@@ -29,10 +29,13 @@ class Axes:
     settings : tuple of Setting, length d
     zones : tuple of Zone
         What of it must not be taken.
+    stand : str
+        What the stand is called in messages.
     """
 
     settings: tuple[Setting, ...]
     zones: tuple[Zone, ...] = ()
+    stand: str = ""
 
     def __len__(self) -> int:
         return len(self.settings)
@@ -135,7 +138,7 @@ class Axes:
             settings[forbidden] = drawn[range(len(drawn)), first]
             forbidden[forbidden] = wrong[range(len(drawn)), first]
         raise CompatibilityError(
-            f"the forbidden zones leave next to nothing of the range of {', '.join(self.columns)}: "
+            f"the forbidden zones of stand {self.stand} leave next to nothing of its range: "
             "make them smaller, or the limits wider"
         )
 

@@ -2,28 +2,62 @@
 
 from __future__ import annotations
 
-import math
 from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import KW_ONLY, dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
-from acalx.errors import CompatibilityError
+from acalx.errors import CompatibilityError, Option
 from acalx.numerics.arrays import Array
+from acalx.options import require_speeds
 from acalx.quantities.stimulus import Stimulus
 from acalx.stands.axes import Axes
+from acalx.stands.fields import check_fields
 from acalx.stands.setting import Setting
-from acalx.stands.zones import Zone
+from acalx.stands.zones import Zone, read_zones
 
 __all__ = ["Setting", "Stand"]
 
 
+@dataclass(frozen=True, eq=False)
 class Stand(ABC):
-    """What turns the sensor: settings in, stimulus out.
+    """What turns the sensor: settings in, stimulus out, and options that all stands have.
 
-    A new stand gives `settings` and `stimulus`; the derivative is then numerical until it is
-    given exactly. Concrete stands are frozen dataclasses.
+    A new stand gives `settings` and `stimulus`; everything else follows, or may be given where
+    more is known. One that turns the sensor about axes is a `Rotary`. Concrete stands are frozen
+    dataclasses.
+
+    Parameters
+    ----------
+    forbidden : sequence of mappings
+        Boxes of settings that must not be taken, as ``{"alpha1_deg": (80, 100), "alpha2_deg":
+        (170, 190)}``; a setting that is left out may be any. The edge of a box is allowed.
+    forbidden_if : str or callable
+        Function of arrays by the names of the settings with their units, ``alpha1_deg,
+        alpha2_deg``, true where they must not be taken; or where it is, as ``module.function``.
+    speed_deg_s : float or sequence of float, degrees per second
+        How fast the angles turn, all or each; for the order of visit. Settings that are no angles
+        change meanwhile, in no time of their own.
+
+    Raises
+    ------
+    ArgumentError
+        Zones or speeds that are not understood.
     """
+
+    _: KW_ONLY
+    forbidden: Sequence[Mapping[str, Sequence[float]]] = ()
+    forbidden_if: str | Callable[..., Any] | None = None
+    speed_deg_s: float | Sequence[float] = 10.0
+
+    def __post_init__(self) -> None:
+        check_fields(self)
+        _ = self.settings, self.zones, self.speeds  # built once here so that bad ones are refused at construction
+
+    # ---- what a stand gives
 
     @property
     @abstractmethod
@@ -34,18 +68,17 @@ class Stand(ABC):
     def stimulus(self, settings: Array) -> Stimulus:
         """What the sensor feels: settings (..., n, d), in rad where they are angles, to arrays (..., n, 3)."""
 
+    # ---- what follows for all
+
+    @cached_property
+    def zones(self) -> tuple[Zone, ...]:
+        """The forbidden boxes, then what the function says."""
+        return read_zones(self.settings, self.forbidden, self.forbidden_if)
+
     @cached_property
     def axes(self) -> Axes:
         """The range of the settings: limits, steps and zones, and what follows from them."""
-        return Axes(self.settings, self.zones)
-
-    def pull(self, settings: Array, gradient: Stimulus) -> Array:
-        """From a gradient with respect to the stimulus, (..., n, 3), to the settings, (..., n, d)."""
-        derivative = dict(self.derivative(settings).quantities())
-        total = np.zeros(settings.shape)
-        for name, feels in gradient.quantities():
-            total += (feels[..., None, :] @ derivative[name])[..., 0, :]
-        return total
+        return Axes(self.settings, self.zones, type(self).__name__)
 
     def derivative(self, settings: Array) -> Stimulus:
         """Derivatives of the stimulus with respect to the settings, arrays (..., n, 3, d).
@@ -62,32 +95,30 @@ class Stand(ABC):
                 columns.setdefault(name, []).append((plus - minus) / (2 * step))
         return Stimulus(**{name: np.stack(arrays, axis=-1) for name, arrays in columns.items()})
 
-    @property
-    def speeds(self) -> Array:
-        """How fast each setting changes, (d,), in its unit per second, infinite where that takes no time.
+    def pull(self, settings: Array, gradient: Stimulus) -> Array:
+        """From a gradient with respect to the stimulus, (..., n, 3), to the settings, (..., n, d)."""
+        derivative = dict(self.derivative(settings).quantities())
+        total = np.zeros(settings.shape)
+        for name, feels in gradient.quantities():
+            total += (feels[..., None, :] @ derivative[name])[..., 0, :]
+        return total
 
-        The default is 10 degrees per second.
-        """
-        return np.full(len(self.settings), math.radians(10.0))
-
-    def equivalents(self, settings: Array) -> Array:
-        """Settings for the same stimulus that the stand can take, (k, n, d), those given (n, d) first.
-
-        Where there are fewer for a position, the given ones again. The default knows no others.
-        """
-        return settings[None]
+    # ---- what only the bound asks
 
     @property
-    def axis_errors(self) -> tuple[str, ...]:
-        """Names of the e small angles by which the stand's axes may be off; none."""
-        return ()
+    def frequencies(self) -> tuple[int, ...] | None:
+        """Degree of the stimulus in each setting; None if unknown, the default.
 
-    def misaligned(self, settings: Array, errors: Array) -> Stimulus:
-        """What the sensor feels where the axes are off by angles (..., n, e) in rad; a new stand may say how."""
-        return self.stimulus(settings)
+        As a trigonometric polynomial in an angle, as a polynomial in a setting that is none.
+        """
+        return None
+
+    # ---- what only programs that give directions ask
 
     def aim(self, directions: Array) -> Array:
         """Settings (..., n, d) that bring the vertical to these directions (..., n, 3) of the sensor.
+
+        Settings that are no angles are at rest, 0.
 
         Raises
         ------
@@ -96,37 +127,39 @@ class Stand(ABC):
         """
         raise CompatibilityError(f"{type(self).__name__} can't be aimed at directions: give its angles instead")
 
-    def either(self, first: Array, second: Array, *, free: np.ndarray) -> Array:
-        """Of two settings (..., n, 2) for the same direction, angles both, the first that the limits allow.
+    # ---- what only the order of visit asks
 
-        Parameters
-        ----------
-        first, second : array (..., n, 2), in rad
-        free : array (..., n) of bool
-            Where the second angle does not matter.
+    @cached_property
+    def speeds(self) -> Array:
+        """How fast each setting changes, (d,), in rad/s; infinite where it is no angle."""
+        angles = np.array([setting.angle for setting in self.settings])
+        speeds = np.full(len(angles), np.inf)
+        speeds[angles] = require_speeds("speed_deg_s", self.speed_deg_s, int(angles.sum()))
+        return speeds
+
+    def equivalents(self, settings: Array) -> Array:
+        """Settings for the same stimulus that the stand can take, (k, n, d), those given (n, d) first.
+
+        Where there are fewer for a position, the given ones again. The default knows no others.
         """
-        inner = self.settings[1]
-        any_angle = min(max(0.0, inner.lower), inner.upper) if inner.step is None else inner.stops()[0]
-        for angles in (first, second):
-            for k, setting in enumerate(self.settings):
-                angles[..., k] = setting.reach(angles[..., k])
-            angles[..., 1] = np.where(free & ~inner.allows(angles[..., 1]), any_angle, angles[..., 1])
-        use_second = self.axes.allows(second) & ~self.axes.allows(first)
-        return np.where(use_second[..., None], second, first)
+        return settings[None]
+
+    # ---- what only the simulation asks
 
     @property
-    def zones(self) -> tuple[Zone, ...]:
-        """Forbidden zones; none."""
+    def axis_errors(self) -> tuple[str, ...]:
+        """Names of the e small angles by which the stand's axes may be off; none by default."""
         return ()
 
-    @property
-    def frequencies(self) -> tuple[int, ...] | None:
-        """Degree of the stimulus as a trigonometric polynomial in each setting; None if unknown."""
-        return None
+    def misaligned(self, settings: Array, errors: Array) -> Stimulus:
+        """What the sensor feels where the axes are off by angles (..., n, e) in rad; by default as if they were not."""
+        return self.stimulus(settings)
 
-    def advice(self, quantity: str) -> str:
-        """What to add to the message that the stand does not provide a quantity of the stimulus."""
-        return ""
+    # ---- what only messages ask
+
+    def advice(self, quantity: str) -> tuple[str, Mapping[str, Option]]:
+        """What to add to the message that a quantity of the stimulus is not provided, and the options in it by name."""
+        return "", {}
 
     @property
     def circumstances(self) -> str:

@@ -3,26 +3,27 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import KW_ONLY, dataclass
 from functools import cached_property
-from typing import Any, final
+from typing import ClassVar, final
 
 import numpy as np
 
-from acalx.numerics.arrays import Array, components, sin_cos
+from acalx.numerics.arrays import Array
 from acalx.quantities.stimulus import EARTH_RATE, Stimulus
 from acalx.quantities.units import DEGREE_PER_SECOND
-from acalx.stands.base import Setting, Stand
-from acalx.stands.options import angle, require_limits, require_number, require_speeds, require_step, require_switch
-from acalx.stands.zones import Zone, read_zones
+from acalx.stands.base import Setting
+from acalx.stands.fields import limits, number, step
+from acalx.stands.rotary import Rotary
+from acalx.stands.turns import UP, Vector, derivatives, differentiated, turned, vectors
 
 __all__ = ["RateTable"]
 
 
 @final
 @dataclass(frozen=True)
-class RateTable(Stand):
+class RateTable(Rotary):
     """A table that turns about the vertical, with a two-axis fixture that holds the sensor on it.
 
     A position is an attitude of the sensor on the table and a rate of the table. With the
@@ -43,19 +44,12 @@ class RateTable(Stand):
         Limits of the angles of the fixture.
     rate_step_deg_s : float, degrees per second, optional
         The rate is a whole multiple of it. None: any.
-    step_deg : float, degrees, optional
-        Both angles stop at whole multiples of it. None: anywhere.
     latitude_deg : float, degrees
         North is positive.
-    periodic : bool
-        Whether 360 degrees more of an angle is the same setting.
-    forbidden : sequence of mappings
-        Boxes of settings that must not be taken, as of `TwoAxis`, by ``alpha1_deg, alpha2_deg``
-        and ``rate_deg_s``.
-    forbidden_if : str or callable
-        Function that says the same, as of `TwoAxis`.
-    speed_deg_s : float or pair of float, degrees per second
-        How fast the angles of the fixture turn, all or each; for the order of visit. The rate changes meanwhile.
+    step_deg, periodic
+        Of the fixture, as of `Rotary`.
+    forbidden, forbidden_if, speed_deg_s
+        As of `Stand`; ``rate_deg_s`` is a setting too.
 
     Raises
     ------
@@ -66,69 +60,33 @@ class RateTable(Stand):
     Source: IEEE Std 1431-2004, rate-table tests.
     """
 
-    rate_deg_s: Sequence[float] = (-50.0, 50.0)
-    alpha1_deg: Sequence[float] = (0.0, 360.0)
-    alpha2_deg: Sequence[float] = (0.0, 360.0)
-    rate_step_deg_s: float | None = None
-    step_deg: float | None = None
-    latitude_deg: float = 34.25
-    periodic: bool = True
-    forbidden: Sequence[Mapping[str, Sequence[float]]] = ()
-    forbidden_if: str | Callable[..., Any] | None = None
-    speed_deg_s: float | Sequence[float] = 10.0
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "rate_deg_s", require_limits("rate_deg_s", self.rate_deg_s, DEGREE_PER_SECOND))
-        for name in ("alpha1_deg", "alpha2_deg"):
-            object.__setattr__(self, name, require_limits(name, getattr(self, name)))
-        require_step("rate_step_deg_s", self.rate_step_deg_s, DEGREE_PER_SECOND)
-        require_step("step_deg", self.step_deg)
-        require_number("latitude_deg", self.latitude_deg, -90.0, 90.0)
-        require_switch("periodic", self.periodic)
-        _ = self.speeds
-        _ = self.settings, self.zones  # built once here so that bad ones are refused at construction
+    turns: ClassVar[Mapping[str, str]] = {"alpha1": "-y", "alpha2": "x"}
+    surroundings: ClassVar[Mapping[str, Vector]] = {"specific_force": UP}
+    rate_deg_s: Sequence[float] = limits(-50.0, 50.0, DEGREE_PER_SECOND)
+    alpha1_deg: Sequence[float] = limits(0.0, 360.0)
+    alpha2_deg: Sequence[float] = limits(0.0, 360.0)
+    _: KW_ONLY
+    rate_step_deg_s: float | None = step(DEGREE_PER_SECOND)
+    latitude_deg: float = number(34.25, -90.0, 90.0)
 
     @cached_property
     def settings(self) -> tuple[Setting, ...]:
         """The two angles of the fixture, and the rate."""
-        lower, upper = self.rate_deg_s
-        step = None if self.rate_step_deg_s is None else math.radians(self.rate_step_deg_s)
-        return (
-            angle("alpha1", self.alpha1_deg, self.step_deg, self.periodic),
-            angle("alpha2", self.alpha2_deg, self.step_deg, self.periodic),
-            Setting("rate", math.radians(lower), math.radians(upper), step, False, DEGREE_PER_SECOND),
-        )
-
-    @cached_property
-    def zones(self) -> tuple[Zone, ...]:
-        """The forbidden boxes, then what the function says."""
-        return read_zones(self.settings, self.forbidden, self.forbidden_if)
-
-    @property
-    def speeds(self) -> Array:
-        """Of both angles, in rad/s; the rate changes in no time."""
-        return np.array((*require_speeds("speed_deg_s", self.speed_deg_s, 2), np.inf))
+        rate = Setting.in_unit("rate", self.rate_deg_s, self.rate_step_deg_s, False, DEGREE_PER_SECOND)
+        return (*self.angles, rate)
 
     def stimulus(self, settings: Array) -> Stimulus:
         """The vertical and the rate in sensor axes: settings (..., n, 3) in rad and rad/s."""
-        sin, cos = sin_cos(settings[..., :2])
-        cos1 = cos[..., 0]
-        vertical = components(sin[..., 0], cos1 * sin[..., 1], cos1 * cos[..., 1])
+        vertical = vectors(turned(UP, self.turns_at(settings)), settings.shape[:-1])
         return Stimulus(specific_force=vertical, angular_rate=self._turning(settings)[..., None] * vertical)
 
     def derivative(self, settings: Array) -> Stimulus:
         """Derivatives of both, (..., n, 3, 3)."""
-        sin, cos = sin_cos(settings[..., :2])
-        sin1, sin2, cos1, cos2 = sin[..., 0], sin[..., 1], cos[..., 0], cos[..., 1]
-        zero = np.zeros_like(sin1)
-        vertical = components(sin1, cos1 * sin2, cos1 * cos2)
-        by_alpha1 = components(cos1, -sin1 * sin2, -sin1 * cos2)
-        by_alpha2 = components(zero, cos1 * cos2, -cos1 * sin2)
-        turning = self._turning(settings)[..., None]
-        return Stimulus(
-            specific_force=components(by_alpha1, by_alpha2, np.zeros_like(vertical)),
-            angular_rate=components(turning * by_alpha1, turning * by_alpha2, vertical / EARTH_RATE),
-        )
+        vertical, by_angle = differentiated(UP, self.turns_at(settings))
+        by_force = derivatives([*by_angle, (None, None, None)], settings.shape[:-1])
+        by_rate = self._turning(settings)[..., None, None] * by_force
+        by_rate[..., 2] = vectors(vertical, settings.shape[:-1]) / EARTH_RATE
+        return Stimulus(specific_force=by_force, angular_rate=by_rate)
 
     def _turning(self, settings: Array) -> Array:
         """The rate about the vertical in units of the Earth's rate."""

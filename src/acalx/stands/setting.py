@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from acalx.errors import ArgumentError, CompatibilityError
 from acalx.numerics.arrays import Array
+from acalx.options import require_limits
 from acalx.quantities.units import DEGREE, Unit
 
 __all__ = ["Setting"]
@@ -70,6 +72,20 @@ class Setting:
                 )
             if not self.full_turn and math.floor(self._last) < math.ceil(self._first):
                 raise ArgumentError(f"{self.limits} holds no multiple of the step of {step} {self.unit.plural}")
+
+    @classmethod
+    def in_unit(
+        cls, name: str, limits: Sequence[float], step: float | None, periodic: bool = True, unit: Unit = DEGREE
+    ) -> Setting:
+        """A setting from limits and a step in its unit, as people write them."""
+        lower, upper = require_limits(unit.column(name), limits, unit.plural)
+        size = None if step is None else float(unit.read(step))
+        return cls(name, float(unit.read(lower)), float(unit.read(upper)), size, periodic, unit)
+
+    @property
+    def angle(self) -> bool:
+        """Whether it is an angle, and no rate or other quantity."""
+        return self.unit.turn is not None
 
     @property
     def column(self) -> str:

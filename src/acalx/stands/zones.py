@@ -13,7 +13,7 @@ from typing import Any, final
 
 import numpy as np
 
-from acalx.errors import ArgumentError, PluginError
+from acalx.errors import ArgumentError, Option, PluginError
 from acalx.numerics.arrays import Array
 from acalx.stands.setting import Setting
 
@@ -91,7 +91,7 @@ class Box(Zone):
         inside = np.ones(len(centers), dtype=bool)
         for k in self._bounded:
             past = self._past(centers[:, k] - half[:, k] + _SLACK, k) - _SLACK
-            inside &= past + 2.0 * half[:, k] <= self.upper[k] - self.lower[k] + _SLACK
+            inside &= (past >= -_SLACK) & (past + 2.0 * half[:, k] <= self.upper[k] - self.lower[k] + _SLACK)
         return inside
 
     def edges(self, axis: int) -> list[float]:
@@ -205,7 +205,11 @@ def read_zones(settings: Sequence[Setting], forbidden: object, forbidden_if: obj
     zones: list[Zone] = []
     if forbidden is not None:
         if not isinstance(forbidden, Sequence) or isinstance(forbidden, str):
-            raise ArgumentError(f"forbidden={forbidden!r}: give a list of boxes, as in {_example(settings)}")
+            raise ArgumentError(
+                "{given}: give a list of boxes, as in {example}",
+                given=f"forbidden={forbidden!r}",
+                example=_example(settings),
+            )
         boxes = [_box(box, settings) for box in forbidden]
         zones += [*boxes, *_seams(boxes)]
     if forbidden_if is not None:
@@ -217,7 +221,9 @@ def read_zones(settings: Sequence[Setting], forbidden: object, forbidden_if: obj
 def _box(box: object, settings: Sequence[Setting]) -> Box:
     columns = [setting.column for setting in settings]
     if not isinstance(box, Mapping) or not box:
-        raise ArgumentError(f"forbidden: {box!r} is not a box; give one as in {_example(settings)}")
+        raise ArgumentError(
+            "forbidden: {box!r} is not a box; give one as in {example}", box=box, example=_example(settings)
+        )
     lower, upper = [-math.inf] * len(settings), [math.inf] * len(settings)
     for name, interval in box.items():
         if name not in columns:
@@ -292,8 +298,9 @@ def _label(function: object) -> str:
     return function if isinstance(function, str) else getattr(function, "__name__", repr(function))
 
 
-def _example(settings: Sequence[Setting]) -> str:
-    return f"'forbidden=[{{{settings[0].column}: [80,100], {settings[1].column}: [170,190]}}]'"
+def _example(settings: Sequence[Setting]) -> Option:
+    box = dict(zip((setting.column for setting in settings), ([80, 100], [170, 190]), strict=False))
+    return Option("forbidden", [box], str([{column: tuple(interval) for column, interval in box.items()}]))
 
 
 def _is_number(value: object) -> bool:

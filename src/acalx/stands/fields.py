@@ -1,0 +1,59 @@
+"""Options of stands as fields of dataclasses that say what they take; a stand looks at them when it is made."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import field, fields
+from typing import TYPE_CHECKING, Any
+
+from acalx.options import require_limits, require_number, require_step, require_switch
+from acalx.quantities.units import DEGREE, Unit
+
+if TYPE_CHECKING:
+    from acalx.stands.base import Stand
+
+__all__ = ["check_fields", "limits", "number", "step", "switch"]
+
+
+def limits(lower: float, upper: float, unit: Unit = DEGREE) -> Any:
+    """A lower and an upper limit of a setting, with these by default."""
+    return _checked((lower, upper), lambda name, value: require_limits(name, value, unit.plural))
+
+
+def number(default: float | None, lower: float, upper: float, unit: Unit = DEGREE) -> Any:
+    """A number within limits; None too where that is the default."""
+
+    def check(name: str, value: object) -> float | None:
+        return None if default is None and value is None else require_number(name, value, lower, upper, unit.plural)
+
+    return _checked(default, check)
+
+
+def step(unit: Unit = DEGREE) -> Any:
+    """A step, or None, the default."""
+    return _checked(None, lambda name, value: require_step(name, value, unit.plural))
+
+
+def switch(default: bool) -> Any:
+    """True or false."""
+    return _checked(default, require_switch)
+
+
+def check_fields(stand: Stand) -> None:
+    """Look at the options of a stand that is being made, and keep numbers as numbers, pairs as pairs.
+
+    Raises
+    ------
+    ArgumentError
+        What an option does not take.
+    """
+    for option in fields(stand):
+        if _CHECK in option.metadata:
+            object.__setattr__(stand, option.name, option.metadata[_CHECK](option.name, getattr(stand, option.name)))
+
+
+_CHECK = "check"
+
+
+def _checked(default: object, check: Callable[[str, object], object]) -> Any:
+    return field(default=default, metadata={_CHECK: check})
