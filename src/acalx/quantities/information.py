@@ -189,15 +189,18 @@ class Information:
 
     @property
     def _far_apart(self) -> np.ndarray:
-        """Where the smallest eigenvalue would be lost in rounding errors of the largest, though M is regular, (...)."""
+        """Where the smallest eigenvalue may be lost in the rounding errors of the largest, or M is singular, (...)."""
         values = self.eigenvalues
-        return np.asarray(~self.singular & ~(values[..., 0] * _APART > values[..., -1]))
+        return np.asarray(~(values[..., 0] * _APART > values[..., -1]))
 
     @cached_property
     def smallest_eigenvalue(self) -> Array:
         """Smallest eigenvalue of M, to working accuracy, shape (...); 0 where M is singular."""
-        smallest = np.where(self.singular, 0.0, self.eigenvalues[..., 0])
-        apart = self._far_apart
+        smallest, apart = self.eigenvalues[..., 0], self._far_apart
+        if not apart.any():  # none of them singular either
+            return np.asarray(smallest)
+        smallest = np.where(self.singular, 0.0, smallest)
+        apart &= ~self.singular
         if apart.any():
             smallest[apart] = 1.0 / np.linalg.eigvalsh(self.covariance[apart])[..., -1]
         return smallest
@@ -206,7 +209,7 @@ class Information:
     def weakest(self) -> Array:
         """Combinations of parameters that are known worst, unit vectors (..., p): those of the smallest eigenvalue."""
         direction = np.linalg.eigh(self.matrix).eigenvectors[..., 0]
-        apart = self._far_apart
+        apart = self._far_apart & ~self.singular
         if apart.any():
             direction[apart] = np.linalg.eigh(self.covariance[apart]).eigenvectors[..., -1]
         return np.asarray(direction)
