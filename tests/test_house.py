@@ -133,3 +133,25 @@ def test_decisions_on_texts_are_seen(source: str, found: bool) -> None:
 @each_module
 def test_no_decision_reads_what_is_said(path: Path) -> None:
     assert list(decisions(tree_of(path))) == []
+
+
+# ---------------------------------------------------------------- what a part costs
+
+
+def code_lines(node: ast.ClassDef) -> int:
+    """Lines of a class without docstrings, blank lines, decorators and imports."""
+    left = set(range(node.lineno, (node.end_lineno or 0) + 1))
+    for inner in ast.walk(node):
+        docstring = isinstance(inner, ast.Expr) and isinstance(inner.value, ast.Constant)
+        if docstring or isinstance(inner, ast.Import | ast.ImportFrom):
+            left -= set(range(inner.lineno, (inner.end_lineno or 0) + 1))
+        if isinstance(inner, ast.FunctionDef):
+            left -= {decorator.lineno for decorator in inner.decorator_list}
+    source = (ROOT / "criteria" / "alphabetic.py").read_text().splitlines()
+    return sum(bool(source[line - 1].strip()) for line in left)
+
+
+def test_a_criterion_costs_a_few_lines() -> None:
+    tree = tree_of(ROOT / "criteria" / "alphabetic.py")
+    criterion = next(node for node in tree.body if isinstance(node, ast.ClassDef) and node.name == "D")
+    assert code_lines(criterion) <= 14

@@ -1,14 +1,19 @@
 """Tables, figures and progress lines."""
 
 import io
+import math
 import xml.etree.ElementTree as ElementTree
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
+from acalx.models import VectorAccel
 from acalx.optimizers import Gradient
 from acalx.planning.metrics import best_published, figures_of_merit
 from acalx.programs import published
+from acalx.quantities.magnitude import from_log, significant, with_decimals, written_from_log
 from acalx.reporting.figures import draw_convergence, draw_entries, draw_positions
 from acalx.reporting.progress import Progress
 from acalx.reporting.tables import align, figures_table, markdown, program_table
@@ -53,6 +58,69 @@ def test_figures_table_has_a_column_a_program():
     assert all(row[1] == row[2] for row in rows[1:])
     assert ["theta nonorthogonality", "1.0000", "1.0000"] in rows
     assert ["inequality bias", "0.000 %", "0.000 %"] in rows
+
+
+# ---------------------------------------------------------------- figures of any size
+
+
+@pytest.mark.parametrize("noise", [1e-12, 1.02e-7, 1.0, 1e3, 1e6])
+def test_figures_have_four_significant_digits_or_more_at_any_noise(noise):
+    stimulus = FULL.stimulus(SYMMETRIC)
+    plain, scaled = (figures_of_merit(VectorAccel(noise_g=size).information(stimulus)) for size in (1.0, noise))
+    cells = {row[0]: row[1] for row in figures_table({"one": scaled})}
+    digits = 12 * math.log10(noise**2) + plain["log_D"] / math.log(10)
+    mantissa, _, exponent = cells["D"].partition("e")
+    assert math.log10(float(mantissa)) + float(exponent or 0) == pytest.approx(digits, abs=3e-6)
+    for group, theta in plain["theta"].items():
+        shown = float(cells[f"theta {group}"])
+        assert shown == pytest.approx(noise * theta, rel=5.1e-4)
+        assert len(cells[f"theta {group}"].partition("e")[0].replace(".", "").lstrip("0")) >= 4
+    for key, power in (("A", 2), ("E", 2)):
+        assert float(cells[key]) == pytest.approx(noise**power * plain[key], rel=6e-6)
+
+
+def test_figures_of_ordinary_size_have_the_decimals_that_they_had():
+    metrics = figures_of_merit(problem(n=18).information(SYMMETRIC))
+    cells = {row[0]: row[1] for row in figures_table({"one": metrics})}
+    assert [cells[key] for key in "DAE"] == [f"{metrics[key]:.6g}" for key in "DAE"]
+    assert [cells[f"theta {group}"] for group in metrics["theta"]] == [f"{t:.4f}" for t in metrics["theta"].values()]
+    assert cells["condition number"] == f"{metrics['condition_number']:.4g}"
+
+
+@given(st.floats(-1e308, 1e308), st.integers(2, 12))
+def test_significant_figures_are_the_number_again(value, digits):
+    text = significant(value, digits)
+    assert float(text) == pytest.approx(value, rel=0.51 * 10.0 ** (1 - digits), abs=0.0 if value else 1e-300)
+    shown = text.lstrip("-").partition("e")[0].replace(".", "").lstrip("0")
+    assert len(shown) >= digits or value == 0
+
+
+@given(st.floats(-1e308, 1e308))
+def test_decimals_are_kept_where_they_show_enough(value):
+    text = with_decimals(value)
+    assert float(text) == pytest.approx(value, rel=5.1e-4, abs=0.0 if value else 1e-300)
+    if 0.1 <= abs(value) < 1e7:
+        assert text == f"{value:.4f}"
+
+
+@given(st.floats(-1e6, 1e6), st.integers(1, 9))
+def test_written_logarithms_are_right_whatever_their_size(log, digits):
+    mantissa, _, exponent = written_from_log(log, digits).partition("e")
+    assert 0 < float(mantissa) < 10 or not exponent
+    got = math.log(float(mantissa)) + math.log(10) * int(exponent or 0)
+    assert got == pytest.approx(log, abs=0.51 * 10.0 ** (1 - digits) + 1e-9)
+
+
+@given(st.floats(-600, 600))
+def test_ordinary_logarithms_are_written_as_their_numbers(log):
+    assert written_from_log(log) == f"{math.exp(log):.6g}"
+
+
+@pytest.mark.parametrize("log", [math.inf, -math.inf, math.nan])
+def test_logarithms_of_no_number(log):
+    assert written_from_log(log) == f"{from_log(log):g}"
+    values = {significant(from_log(log)), with_decimals(from_log(log)), written_from_log(log)}
+    assert len(values) == 1
 
 
 # ---------------------------------------------------------------- figures of merit

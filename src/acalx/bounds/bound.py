@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import Literal, final
+from typing import Literal, final, get_args
 
 import numpy as np
 
@@ -39,7 +39,8 @@ _FIRST_CELLS = 24
 _FINEST = math.radians(0.02)
 _DIGITS = 7
 
-Status = Literal["proved", "proved at every stop", "computed"]
+Status = Literal["computed", "proved at every stop", "proved"]
+_STATUSES: tuple[Status, ...] = get_args(Status)  # the least certain first
 
 
 @final
@@ -52,10 +53,11 @@ class Bound:
     loss : float
         Logarithm of the least value of the criterion.
     scale : float
-        So many times the logarithm of a variance the loss is: the degree. 0 where only floors bound it.
+        So many times the logarithm of a variance the loss is: the degree of the criterion. 0 where only
+        floors bound it.
     status : str
-        ``proved`` on the continuous domain; ``proved at every stop``; ``computed``: nothing says
-        that it holds between the points that were looked at.
+        ``proved`` on all that the stand can do; ``proved at every stop`` of a stand with steps;
+        ``computed``: nothing says that it holds between the points that were looked at.
     method : str
         How it was found.
     margin : float
@@ -86,21 +88,18 @@ def bound(problem: Problem) -> Bound:
     CompatibilityError
         A criterion of which nothing bounds a factor, or several objectives.
     """
-    criterion = problem.objective.criterion
-    factors = _factors(criterion)
-    found = [(weight, factor.label, _of_factor(problem, factor)) for weight, factor in factors]
-    if len(found) == 1 and found[0][0] == 1.0:
-        return found[0][2]
+    found = [
+        (weight, factor.label, _of_factor(problem, factor)) for weight, factor in _factors(problem.objective.criterion)
+    ]
     alone = len(found) == 1
     methods = [part.method if alone else f"{name}: {part.method}" for _, name, part in found]
-    statuses = [part.status for _, _, part in found]
     return Bound(
-        sum(weight * part.loss for weight, _, part in found),
-        sum(weight * part.scale for weight, _, part in found),
-        next((s for s in ("computed", "proved at every stop") if s in statuses), "proved"),
-        "; ".join(dict.fromkeys(methods)),
-        sum(weight * part.margin for weight, _, part in found),
-        {} if alone else {name: part.loss for _, name, part in found},
+        loss=sum(weight * part.loss for weight, _, part in found),
+        scale=sum(weight * part.scale for weight, _, part in found),
+        status=min((part.status for _, _, part in found), key=_STATUSES.index),
+        method="; ".join(dict.fromkeys(methods)),
+        margin=sum(weight * part.margin for weight, _, part in found),
+        parts={} if alone else {name: part.loss for _, name, part in found},
     )
 
 
@@ -121,7 +120,7 @@ def _of_factor(problem: Problem, factor: Criterion) -> Bound:
     if concave is not None:
         return _by_relaxation(problem.with_criterion(factor), concave)
     if isinstance(factor, Ceiling) and np.isfinite(factor.log_floor):
-        return Bound(factor.log_floor, 0.0, "proved", "floor")
+        return Bound(factor.log_floor, scale=0.0, status="proved", method="floor")
     raise CompatibilityError(f"{factor.label} does not say how it can be bounded")
 
 

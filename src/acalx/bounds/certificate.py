@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, final
 
+import numpy as np
+
 from acalx.bounds.bound import Bound, bound
 from acalx.errors import AcalxError
 from acalx.numerics.arrays import Array
@@ -99,9 +101,14 @@ def certify(problem: Problem, program: Array) -> Certificate:
     -------
     Certificate
         Without a bound, and with the reason, where there is none.
+
+    Raises
+    ------
+    CompatibilityError
+        Several objectives, which have no single loss.
     """
     loss = float(problem.objective.loss(program))
     try:
         return Certificate(loss, bound(problem))
-    except AcalxError as error:
+    except (AcalxError, np.linalg.LinAlgError) as error:
         return Certificate(loss, None, str(error))

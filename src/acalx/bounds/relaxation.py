@@ -121,7 +121,7 @@ def sensitivity(problem: Problem, support: Array, settings: Array) -> tuple[Arra
 def looked_at_stops(stand: Stand) -> tuple[bool, ...]:
     """Which settings are looked at at their stops only.
 
-    None where there are too many stops: then the whole range of the angles is looked at, which
+    None of them where there are too many stops: then the whole range of the angles is looked at, which
     bounds the stops in it too.
     """
     stepped = tuple(setting.step is not None for setting in stand.settings)
@@ -202,7 +202,8 @@ def _merged(problem: Problem, points: Array) -> Array:
     """Points (k, d) that the sensor feels alike taken together, the first of each."""
     rows = problem.response.regressors(points)
     largest = np.abs(rows).max(axis=(0, 2))[:, None]  # of each output: sensors differ in their noise
-    rows = (rows / np.where(largest > 0.0, largest, 1.0)).reshape(len(points), -1)
+    units = 2.0 ** np.round(np.log2(np.where(largest > 0.0, largest, 1.0)))  # by a power of two no digit changes
+    rows = (rows / units).reshape(len(points), -1)
     kept: list[int] = []
     for i in range(len(points)):
         if not kept or np.abs(rows[kept] - rows[i]).max(axis=1).min() >= _SAME:

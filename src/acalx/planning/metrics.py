@@ -19,10 +19,10 @@ __all__ = ["best_published", "figures_of_merit", "published_losses"]
 def figures_of_merit(information: Information) -> dict[str, Any]:
     """D, A, E, theta, inequality and what else is reported for one program.
 
-    A determinant of many parameters, in units of a small noise, may be no number that a double holds: then D is 0 or
-    inf, and its logarithm says what it is. All figures are in units of the noise: multiply standard deviations by that of the noise,
+    All figures are in units of the noise: multiply standard deviations by that of the noise,
     A and E by its square. Where the program is singular they are inf, or nan where they have no
-    meaning.
+    meaning. A determinant of many parameters may be too small or too large for a double, beside a
+    noise as it is in life: then D is 0 or inf, and its logarithm says what it is.
 
     Parameters
     ----------

@@ -189,30 +189,35 @@ class Information:
 
     @property
     def _far_apart(self) -> np.ndarray:
-        """Where the smallest eigenvalue would be lost in rounding errors of the largest, though M has an inverse, (...)."""
+        """Where the smallest eigenvalue may be lost in the rounding errors of the largest, or M is singular, (...)."""
         values = self.eigenvalues
-        apart = ~self.singular & ~(values[..., 0] * _APART > values[..., -1])
-        if apart.any():
-            apart[apart] = np.isfinite(self.covariance[apart]).all(axis=(-2, -1))
-        return np.asarray(apart)
+        return np.asarray(~(values[..., 0] * _APART > values[..., -1]))
 
     @cached_property
     def smallest_eigenvalue(self) -> Array:
         """Smallest eigenvalue of M, to working accuracy, shape (...); 0 where M is singular."""
-        smallest = np.where(self.singular, 0.0, self.eigenvalues[..., 0])
-        apart = self._far_apart
-        if apart.any():
-            smallest[apart] = 1.0 / np.linalg.eigvalsh(self.covariance[apart])[..., -1]
+        smallest, apart = self.eigenvalues[..., 0], self._far_apart
+        if not apart.any():  # none of them singular either
+            return np.asarray(smallest)
+        smallest = np.where(self.singular, 0.0, smallest)
+        members, inverted = self._inverted(apart)
+        smallest[members] = 1.0 / np.linalg.eigvalsh(inverted)[..., -1]
         return smallest
 
     @property
     def weakest(self) -> Array:
-        """Unit vectors of the combination of parameters that is known worst, (..., p)."""
+        """Combinations of parameters that are known worst, unit vectors (..., p): those of the smallest eigenvalue."""
         direction = np.linalg.eigh(self.matrix).eigenvectors[..., 0]
-        apart = self._far_apart
-        if apart.any():
-            direction[apart] = np.linalg.eigh(self.covariance[apart]).eigenvectors[..., -1]
+        members, inverted = self._inverted(self._far_apart)
+        direction[members] = np.linalg.eigh(inverted).eigenvectors[..., -1]
         return np.asarray(direction)
+
+    def _inverted(self, members: np.ndarray) -> tuple[np.ndarray, Array]:
+        """Which members (...) of the stack have an inverse, judged by their own matrices, and their covariances."""
+        members = members & ~self.singular
+        own = Information(self.matrix[members], self.parameters)
+        members[members] = regular = ~own.singular
+        return members, own.select(regular).covariance
 
     @cached_property
     def variances(self) -> Array:

@@ -43,7 +43,7 @@ def written_from_log(log: float, digits: int = 6) -> str:
     Examples
     --------
     >>> written_from_log(math.log(0.048931522), 7), written_from_log(-2000.0)
-    ('0.04893152', '1.33892e-869')
+    ('0.04893152', '2.57654e-869')
     """
     if math.isnan(log) or math.isinf(log):
         return f"{from_log(log):g}"
@@ -66,7 +66,8 @@ def significant(value: float, digits: int = 4) -> str:
     """
     if value == 0 or not math.isfinite(value):
         return f"{value:g}"
-    exponent = math.floor(math.log10(abs(float(f"{value:.{digits - 1}e}"))))
+    scientific = f"{value:.{digits - 1}e}"
+    exponent = int(scientific.partition("e")[2])
     if not _PLAIN[0] < exponent < _PLAIN[1]:
-        return f"{value:.{digits - 1}e}"
+        return scientific
     return f"{value:.{max(0, digits - 1 - exponent)}f}"
