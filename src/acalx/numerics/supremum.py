@@ -168,7 +168,7 @@ class _Series:
             self.left_out += float(rest)
 
     def highest(self, centers: Array, half: Array) -> tuple[Array, Array]:
-        """Upper bounds (k,) on cells around centers (k, d) with half widths (k, d), and what each angle adds, (k, d)."""
+        """Upper bounds (k,) on cells with centers and half widths (k, d), and what each angle adds to them, (k, d)."""
         d = half.shape[1]
         phases = [np.exp(1j * np.outer(centers[:, k], self.orders[k])) for k in range(d)]
         unit = np.eye(d, dtype=int)
