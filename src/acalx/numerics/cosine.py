@@ -40,7 +40,7 @@ class Cosines:
         return points
 
     def angles(self, axis: int, values: Array) -> Array:
-        """Angles for values (k,) of one coordinate within its limits, ascending where the values are."""
+        """Angles (k,), ascending, for ascending values (k,) of one coordinate within its limits."""
         if not self.written[axis]:
             return values
         middle, half = self.limits[axis].mean(), 0.5 * np.ptp(self.limits[axis])
