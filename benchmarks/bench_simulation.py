@@ -11,7 +11,7 @@ import pytest
 from acalx.estimation import Iterated, Linear
 from acalx.models import ScalarAccel
 from acalx.programs import find_program
-from acalx.simulation import Campaign, ErrorSources, simulate
+from acalx.simulation import Campaign, ErrorSources, run_campaign
 from acalx.stands import TwoAxis
 
 TRIALS, OF_THE_LOOP = 20000, 300
@@ -62,7 +62,7 @@ def test_simulation_beside_a_loop_over_trials(comparison, estimator, iterations)
         return np.array([one_trial(rng, iterations) for _ in range(OF_THE_LOOP)])
 
     def ours(_: int):
-        return simulate(Campaign(MODEL, STAND, SETTINGS, SOURCES, 0), estimator, TRIALS, PROGRAM)
+        return run_campaign(Campaign(MODEL, STAND, SETTINGS, SOURCES, 0), estimator, TRIALS, PROGRAM)
 
     outcome, plain = ours(0), np.concatenate([loop(0) for _ in range(3)])
     np.testing.assert_allclose(plain.std(axis=0), outcome.deviations, rtol=0.12)
@@ -78,11 +78,11 @@ def test_memory_does_not_grow_with_the_trials(note):
     peaks = []
     for trials in (10_000, 200_000):
         tracemalloc.start()
-        simulate(Campaign(MODEL, STAND, SETTINGS, SOURCES, 0), Iterated(), trials)
+        run_campaign(Campaign(MODEL, STAND, SETTINGS, SOURCES, 0), Iterated(), trials)
         peaks.append(tracemalloc.get_traced_memory()[1] / 2**20)
         tracemalloc.stop()
     started = time.perf_counter()
-    simulate(Campaign(MODEL, STAND, SETTINGS, SOURCES, 0), Iterated(), 1_000_000)
+    run_campaign(Campaign(MODEL, STAND, SETTINGS, SOURCES, 0), Iterated(), 1_000_000)
     note("peak memory, 200,000 trials against 10,000", "<= 1.1 x", f"{peaks[1] / peaks[0]:.2f} x")
     note("a million trials, n=18, iterated", "", f"{time.perf_counter() - started:.1f} s")
     assert peaks[1] <= 1.1 * peaks[0]

@@ -61,6 +61,7 @@ FURTHER_STANDS: list[Stand] = [
 MODELS: list[Model] = [
     hydra.utils.instantiate(OmegaConf.load(path), _convert_="all")
     for path in sorted(Path(str(files("acalx.conf"))).glob("model/*.yaml"))
+    if path.stem != "custom"
 ]
 MODELS.sort(key=lambda model: model != ScalarAccel())  # which comes first
 MODELS += [

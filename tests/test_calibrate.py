@@ -10,9 +10,13 @@ import numpy as np
 import pytest
 
 import parts
-from acalx.estimation import read_correction
+from acalx.errors import DataError, SingularError
+from acalx.estimation import Bisquare, Iterated, Linear, Readings, Unit, read_correction, read_readings
+from acalx.estimation import calibrate as calibrated_from
 from acalx.models import ScalarAccel
 from acalx.programs import find_program
+from acalx.recording.parts import described
+from acalx.reporting.calibration import parameters_table
 from command import Outcome, assert_refused, run, together
 from measured import FERRARIS, XSENS, XSENS_RAW, needs_measured
 
@@ -177,6 +181,71 @@ def test_an_outlying_position_is_named(calibrated: dict[str, Outcome], name: str
     assert 7 in outcome.result["outlying"]
     assert "outlying: position" in outcome.out
     assert [row["outlying"] for row in outcome.rows("residuals.csv")][6] == "1"
+
+
+OPTIONS: dict[str, dict[str, object]] = {
+    "g": {"noise": 1e-5},
+    "linear": {"estimator": Linear()},
+    "counts": {"unit": Unit("counts", None, 32768.0)},
+    "columns": {"noise": "columns"},
+    "bisquare": {"estimator": Iterated(loss=Bisquare())},
+}
+
+
+@pytest.mark.parametrize("name", OPTIONS)
+def test_the_function_gives_what_the_command_gives(
+    calibrated: dict[str, Outcome],
+    folder: Path,
+    tmp_path: Path,
+    name: str,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    data = COMMANDS[name][0].removeprefix("data=")
+    found = calibrated_from(read_readings(folder / data), **OPTIONS[name])  # type: ignore[arg-type]
+    recorded = calibration(calibrated[name])
+    assert estimates(calibrated[name]).tolist() == found.estimate.parameters.tolist()
+    assert recorded["correction"] == found.correction.entries()
+    assert recorded["chi_square"] == found.chi_square
+    assert calibrated[name].result["outlying"] == found.outlying
+    assert list(tmp_path.iterdir()) == []
+    assert capsys.readouterr() == ("", "")
+
+
+def test_an_array_of_means_is_enough_and_stays_as_it_is(calibrated: dict[str, Outcome], folder: Path) -> None:
+    means = read_readings(folder / "g.csv").means.copy()
+    before = means.copy()
+    found = calibrated_from(means, noise=1e-5)
+    assert found.estimate.parameters.tolist() == estimates(calibrated["g"]).tolist()
+    means[0] = 9.0
+    np.testing.assert_array_equal(found.readings.means, before)
+    with pytest.raises(DataError, match=r"readings: means of shape \(3,\), expected \(n, 3\)"):
+        calibrated_from(before[0])
+    with pytest.raises(DataError, match="readings: means must be numbers"):
+        calibrated_from([["west", 0, 1]])  # type: ignore[arg-type]
+    with pytest.raises(SingularError, match=r"as in groups=\(\"bias\", \"scale\"\)"):
+        calibrated_from(parts.FACES + 0.01)
+
+
+def test_a_record_says_what_it_is_of(calibrated: dict[str, Outcome]) -> None:
+    result = calibrated["si"].result
+    assert result["model"] == described(ScalarAccel())
+    assert result["estimator"] == described(Iterated())
+    assert result["unit"] == {"class": "Unit", "name": "m/s^2", "per_g": 9.81, "offset": 0.0}
+    assert calibrated["bisquare"].result["estimator"]["loss"] == {"class": "Bisquare", "tuning": 4.685}
+    assert calibrated["faces"].result["model"] == described(ScalarAccel())
+
+
+@pytest.mark.parametrize("noise", [1e-4, 1e-9, 1e-12])
+def test_errors_are_shown_however_small_they_are(noise: float) -> None:
+    measured = ScalarAccel().measurement(TRUTH, FORCE)
+    found = calibrated_from(Readings("simulated", measured), noise=noise)
+    rows = [line.split() for line in parameters_table(found).splitlines()[1:]]
+    for row, value, error in zip(rows, found.estimate.parameters, found.estimate.standard_errors, strict=True):
+        assert float(row[3]) == pytest.approx(error, rel=0.02 if noise == 1e-4 else 5e-4)
+        assert float(row[2]) == pytest.approx(value, abs=0.1 * error)
+        assert float(row[4]) < float(row[2]) < float(row[6])
 
 
 def test_a_recording_leaves_its_static_positions(calibrated: dict[str, Outcome]) -> None:

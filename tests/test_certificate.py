@@ -13,7 +13,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from acalx.bounds import certify
+from acalx.bounds import bound, certify
 from acalx.bounds.relaxation import relax, sensitivity
 from acalx.criteria import A, Criterion, D, E
 from acalx.models import ScalarAccel
@@ -38,24 +38,26 @@ def problem(criterion: Criterion, n: int, **limits: object) -> Problem:
 
 @pytest.mark.parametrize("n", [12, 14, 16, 18, 20, 24, 36])
 def test_programs_on_the_sphere_are_proved_optimal_for_d(n):
-    bound = problem(D(), n)
-    certificate = certify(bound, Gradient().solve(bound, np.random.default_rng(0)).best.loss)
-    assert certificate.proved
+    asked = problem(D(), n)
+    certificate = certify(asked, Gradient().solve(asked, np.random.default_rng(0)).program)
+    assert certificate.optimal
     assert 1 - 1e-6 <= certificate.efficiency <= 1.0
 
 
 def test_nine_positions_have_the_known_efficiency():
-    bound = problem(D(), 9)
-    certificate = certify(bound, Gradient().solve(bound, np.random.default_rng(0)).best.loss)
+    asked = problem(D(), 9)
+    certificate = certify(asked, Gradient().solve(asked, np.random.default_rng(0)).program)
+    least = math.exp(certificate.bound.loss)
     assert certificate.efficiency == pytest.approx(0.97701, abs=1e-5)
-    assert certificate.bound == pytest.approx(D1 / 9**9, rel=2e-6)
-    assert certificate.bound <= D1 / 9**9
-    assert not certificate.proved
+    assert least == pytest.approx(D1 / 9**9, rel=2e-6)
+    assert least <= D1 / 9**9
+    assert certificate.bound.proved
+    assert not certificate.optimal
 
 
 def test_the_bounds_of_a_and_e_on_the_sphere():
-    assert certify(problem(A(), 12), 0.0).bound == pytest.approx(relaxed_trace() / 12, rel=1e-6)
-    assert certify(problem(E(), 12), 0.0).bound == pytest.approx(1.0, rel=3e-5)
+    assert math.exp(bound(problem(A(), 12)).loss) == pytest.approx(relaxed_trace() / 12, rel=1e-6)
+    assert math.exp(bound(problem(E(), 12)).loss) == pytest.approx(1.0, rel=3e-5)
 
 
 def relaxed_trace() -> float:
@@ -73,18 +75,18 @@ def test_every_published_program_gets_a_certificate():
         angles = program.settings_for(stand)
         if model.information(stand.stimulus(angles)).inestimable():
             continue
-        bound = Problem(stand, model, D(), program.n)
-        certificate = certify(bound, float(bound.loss(angles)))
+        certificate = certify(Problem(stand, model, D(), program.n), angles)
         assert 0.69 <= certificate.efficiency <= 1.0
-        assert certificate.proved == (program.name in OPTIMAL)
+        assert certificate.optimal == (program.name in OPTIMAL)
 
 
 def test_a_product_is_bounded_with_its_floors():
-    bound = problem(D_FAIR, 12)
-    certificate = certify(bound, Gradient().solve(bound, np.random.default_rng(0)).best.loss)
-    assert certificate.proved
-    assert certificate.parts["D"] == pytest.approx(D1 / 12**9, rel=1e-5)
-    assert certificate.parts["Inequality bias"] == pytest.approx(5e-4)
+    asked = problem(D_FAIR, 12)
+    certificate = certify(asked, Gradient().solve(asked, np.random.default_rng(0)).program)
+    assert certificate.optimal
+    parts = certificate.entries()["parts"]
+    assert parts["D"] == pytest.approx(D1 / 12**9, rel=1e-5)
+    assert parts["Inequality bias"] == pytest.approx(5e-4)
 
 
 @settings(max_examples=12, deadline=None)
@@ -97,19 +99,22 @@ def test_a_product_is_bounded_with_its_floors():
 )
 def test_no_program_beats_its_bound(low, width, n, criterion, step):
     limits = {f"alpha{k + 1}_deg": (low[k], low[k] + width[k]) for k in range(2)}
-    bound = problem(criterion, n, step_deg=step, **limits)
-    starts = bound.random(np.random.default_rng(n), 16)
-    reached = bound.loss(starts) if step else descend(bound, starts, account=Account()).loss
-    certificate = certify(bound, float(reached.min()))
+    asked = problem(criterion, n, step_deg=step, **limits)
+    programs = asked.restrictions.random(np.random.default_rng(n), 16)
+    if step is None:
+        programs = descend(asked, programs, account=Account()).settings
+    certificate = certify(asked, programs[asked.loss(programs).argmin()])
     assert certificate.gap >= 0
     assert 0 < certificate.efficiency <= 1
 
 
 def test_stepped_stands_are_bounded_at_their_stops():
-    continuous = certify(problem(D(), 9, alpha2_deg=(-40, 40)), 0.0)
-    stepped = certify(problem(D(), 9, alpha2_deg=(-40, 40), step_deg=20), 0.0)
-    assert stepped.bound >= continuous.bound * (1 - 1e-5)
+    continuous = bound(problem(D(), 9, alpha2_deg=(-40, 40)))
+    stepped = bound(problem(D(), 9, alpha2_deg=(-40, 40), step_deg=20))
+    assert stepped.loss >= continuous.loss - 1e-5
     assert "every stop" in stepped.method
+    assert stepped.status == "proved at every stop"
+    assert continuous.status == "proved"
 
 
 @dataclass(frozen=True)
@@ -119,7 +124,8 @@ class Unbounded(Criterion):
 
 
 def test_a_criterion_that_cannot_be_bounded_says_so():
-    certificate = certify(problem(Unbounded(), 9), 0.0)
+    asked = problem(Unbounded(), 9)
+    certificate = certify(asked, asked.restrictions.random(np.random.default_rng(0), 1)[0])
     assert certificate.bound is None
     assert "Unbounded" in str(certificate)
 
@@ -147,17 +153,18 @@ def test_the_proved_supremum_is_above_dense_samples_and_close(seed, degree):
 
 
 def test_the_sensitivity_of_a_relaxation_is_one_on_its_support():
-    bound = problem(D(), 9, alpha2_deg=(-45, 45))
-    relaxation = relax(bound)
-    values, _ = sensitivity(bound, relaxation.support, relaxation.settings)
+    asked = problem(D(), 9, alpha2_deg=(-45, 45))
+    relaxation = relax(asked)
+    values, _ = sensitivity(asked, relaxation.support, relaxation.settings)
     np.testing.assert_allclose(values, 1.0, atol=1e-4)
     assert math.isclose(relaxation.weights.sum(), 1.0, rel_tol=1e-12)
     assert relaxation.peak <= 1 + 2e-7
 
 
 def test_an_interrupt_while_bounding_loses_nothing(tmp_path):
-    code = "import sys, acalx.commands.run as run\ndef stop(*_): raise KeyboardInterrupt\n"
-    code += "run.certify = stop\nsys.exit(run.main())"
+    code = "import sys, acalx.planning.design as design\nfrom acalx.commands.run import main\n"
+    code += "def stop(*_): raise KeyboardInterrupt\n"
+    code += "design.certify = stop\nsys.exit(main())"
     command = [sys.executable, "-c", code, "criterion=d", "optimizer=gradient", "figures=false", "hydra.run.dir=here"]
     outcome = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
     result = json.loads((tmp_path / "here" / "result.json").read_text())

@@ -10,8 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import parts
-from acalx.criteria import A, Criterion, D, E, Inequality, Product
-from acalx.errors import ArgumentError
+from acalx.criteria import A, Criterion, D, E, Inequality, Product, concave_of
+from acalx.errors import ArgumentError, PluginError
 from acalx.numerics.arrays import Array
 from acalx.quantities.information import Information
 from acalx.testing import check_criterion
@@ -138,6 +138,27 @@ def test_default_gradient_is_finite_next_to_singular_matrices() -> None:
     assert 50 < np.isinf(loss).sum() < 250
     assert np.isfinite(gradient).all()
     assert (np.abs(gradient).max(axis=(1, 2)) > 0).sum() > 50
+
+
+def test_a_degree_without_its_bound_is_refused() -> None:
+    with pytest.raises(PluginError, match=r"Halfway has a degree.* derive it from acalx\.criteria\.Concave"):
+
+        class Halfway(Criterion):
+            def loss(self, information: Information) -> Array:
+                return -information.log_det
+
+            def degree(self, p: int) -> float:
+                return float(p)
+
+
+def test_products_of_concave_criteria_are_concave() -> None:
+    both = concave_of(A() * D() ** 0.5)
+    assert both is not None
+    assert both.degree(9) == pytest.approx(1.0 + 4.5)
+    assert concave_of(D()) == D()
+    assert concave_of(D() * OnlyLoss()) is None
+    assert concave_of(D() * E()) is None  # a kink together with others is no smooth product
+    assert concave_of(Inequality("bias")) is None
 
 
 @pytest.mark.parametrize("floor", [0, 1, -1, 2, math.nan, "x", None, True])

@@ -76,7 +76,7 @@ def test_as_good_as_the_best_of_a_hundred_starts(criterion, step):
 
 def test_fine_steps_come_within_their_square_of_no_steps():
     free = problem(n=12)
-    best = descend(free, free.random(np.random.default_rng(0), 8), account=Account()).loss.min()
+    best = descend(free, free.restrictions.random(np.random.default_rng(0), 8), account=Account()).loss.min()
     for step in (0.1, 1.0):
         bound = problem(n=12, step_deg=step)
         result = Exchange(chains=1, patience=1, starts=8).solve(bound, np.random.default_rng(0))

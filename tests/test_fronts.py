@@ -15,16 +15,19 @@ from hypothesis import strategies as st
 import parts
 from acalx.criteria import A, Criterion, D, E, Inequality, Objectives, Product
 from acalx.errors import ArgumentError, CompatibilityError
+from acalx.models import GyroRateTable
 from acalx.numerics.arrays import Array
 from acalx.optimizers import NSGA2, DifferentialEvolution, Gradient, Optimizer, Scalarized
 from acalx.problem import Problem
 from acalx.reporting.front_figure import draw_front
 from acalx.search.account import Account
+from acalx.search.aims import Aims, Goals
 from acalx.search.front import lattice
-from acalx.search.goals import Aims, Runs
+from acalx.search.lagrangian import Lagrangian
 from acalx.search.pareto import knee, nondominated, normalized, spread
-from acalx.search.result import Result
-from acalx.stands import Stand, TwoAxis
+from acalx.search.result import Front
+from acalx.search.runs import Runs
+from acalx.stands import RateTable, Stand, TwoAxis
 from acalx.testing import check_optimizer
 from command import Outcome, assert_refused, evaluate, run, together
 
@@ -43,7 +46,7 @@ def problem(*names: str, n: int = 9, stand: Stand = parts.FULL) -> Problem:
 
 
 @cache
-def solve(optimizer: Optimizer, asked: Problem, seed: int = 0) -> Result:
+def solve(optimizer: Optimizer, asked: Problem, seed: int = 0) -> Front:
     return optimizer.solve(asked, np.random.default_rng(seed))
 
 
@@ -52,7 +55,7 @@ def best_alone(single: Problem) -> float:
     return Gradient().solve(single, np.random.default_rng(0)).best.loss
 
 
-def losses_of(result: Result) -> Array:
+def losses_of(result: Front) -> Array:
     return np.array([point.losses for point in result.points])
 
 
@@ -118,7 +121,7 @@ def test_front_of_equality_is_not_convex_and_reached() -> None:
 
 def test_objectives_that_agree_have_one_best_program() -> None:
     result = solve(Scalarized(), problem("d", "inequality"))
-    assert len(result.front) == 1
+    assert len(result.points) == 1
     assert "one program is best in all" in result.message
     assert math.exp(result.points[0].losses[0]) == pytest.approx(0.0489315, rel=1e-5)
     assert result.points[0].losses[1] == pytest.approx(math.log(5e-4), abs=1e-5)
@@ -138,10 +141,19 @@ def test_three_objectives() -> None:
 @pytest.mark.parametrize("optimizer", [Scalarized(points=8, seeds=3), QUICK], ids=["scalarized", "nsga2"])
 def test_contract(optimizer: Optimizer, stand: Stand) -> None:
     if stand.axes.stepped and isinstance(optimizer, Scalarized):
-        with pytest.raises(CompatibilityError, match=r"Scalarized moves angles continuously.*use optimizer=nsga2"):
+        with pytest.raises(CompatibilityError, match=r"Scalarized moves angles continuously.*use optimizer=NSGA2\(\)"):
             solve(optimizer, problem("d", "a", stand=stand))
     else:
         check_optimizer(optimizer, problem("d", "a", stand=stand))
+
+
+def test_nsga2_takes_settings_with_steps_beside_others_without() -> None:
+    table, model = RateTable(step_deg=30), GyroRateTable()
+    assert {setting.step is None for setting in table.settings} == {True, False}
+    asked = Problem(table, model, objectives("d", "a"), model.smallest_n + 2)
+    check_optimizer(QUICK, asked)
+    rates = solve(QUICK, asked).program[:, [s.step is None for s in table.settings]]
+    assert np.abs(rates - np.round(rates)).max() > 1e-3  # not rounded with the others
 
 
 def test_polish_takes_the_ends_of_evolution_to_the_best() -> None:
@@ -187,7 +199,7 @@ def test_interrupt_leaves_the_front_so_far(optimizer: Optimizer, calls: int) -> 
     assert "best front so far" in result.message
     losses = losses_of(result)
     assert len(nondominated(losses)) == len(losses) > 0
-    assert asked.losses(result.best.settings) == pytest.approx(result.points[result.knee or 0].losses, abs=1e-9)
+    assert asked.losses(result.program) == pytest.approx(result.points[result.knee].losses, abs=1e-9)
 
 
 # --- goals ---
@@ -196,9 +208,10 @@ def test_interrupt_leaves_the_front_so_far(optimizer: Optimizer, calls: int) -> 
 def test_goals_are_met_where_the_front_crosses_their_ray() -> None:
     asked = problem("d", "a", n=10)
     targets = np.array([[-4.0, 1.8], [-4.0, 1.9], [-3.9, 1.8]])
-    aims = Aims(np.full((3, 2), 1e-4), targets, np.array([1.0, 2.0]), 0.05)
+    aims = Aims(np.full((3, 2), 1e-4), Goals(targets, np.array([1.0, 2.0]), 0.05))
     starts = asked.restrictions.random(np.random.default_rng(0), 3)
-    runs = Runs(asked, aims, Account(), starts).descend(1e-6, 1000)
+    lagrangian = Lagrangian([single.objective for single in asked.singles], asked.restrictions, (10, 2))
+    runs = Runs(lagrangian, aims, Account(), starts).descend(1e-6, 1000)
     excess = (runs.losses - targets) / (1.0, 2.0)
     on_ray = np.abs(excess[:, 0] - excess[:, 1]) < 0.002
     below = excess.min(axis=1) < excess.max(axis=1) - 0.002  # an end of the front, off the ray
@@ -254,7 +267,7 @@ def test_lattice_is_the_largest_that_fits(k: int, count: int, size: int) -> None
 def test_optimizers_of_one_criterion_refuse_several(optimizer: Optimizer) -> None:
     message = (
         r"optimizer \w+ takes one criterion, got the objectives d, a; "
-        r"for several use optimizer=scalarized or optimizer=nsga2, or multiply them to a product"
+        r"for several use optimizer=Scalarized\(\) or optimizer=NSGA2\(\), or multiply them to a product"
     )
     with pytest.raises(CompatibilityError, match=message):
         solve(optimizer, problem("d", "a"))
@@ -262,7 +275,10 @@ def test_optimizers_of_one_criterion_refuse_several(optimizer: Optimizer) -> Non
 
 @both
 def test_optimizers_of_several_refuse_one(optimizer: Optimizer) -> None:
-    with pytest.raises(CompatibilityError, match=r"takes several objectives, got D alone; give two or more.*\[d,a\]"):
+    with pytest.raises(
+        CompatibilityError,
+        match=r"takes several objectives, got D alone; give two or more.*Objectives\(\[D\(\), A\(\)\]\)",
+    ):
         solve(optimizer, parts.problem(D()))
 
 

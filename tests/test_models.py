@@ -151,10 +151,10 @@ def test_joined_models_need_parameters_of_their_own() -> None:
 def test_four_positions_of_a_tetrahedron_are_proved_optimal_for_the_vector_triad() -> None:
     corners = np.array([(1, 1, 1), (1, -1, -1), (-1, 1, -1), (-1, -1, 1)]) / 3**0.5
     problem = Problem(parts.FULL, VectorAccel(), parts.D(), 4)
-    loss = float(problem.loss(parts.FULL.aim(corners)))
+    program = parts.FULL.aim(corners)
+    loss = float(problem.loss(program))
     assert loss == pytest.approx(-3 * np.log(256 / 27), abs=1e-12)  # three times 4 (4 / 3)^3
-    certificate = certify(problem, loss)
-    assert certificate.proved
+    assert certify(problem, program).optimal
     searched = Gradient().solve(problem, np.random.default_rng(0))
     assert searched.best.loss == pytest.approx(loss, abs=1e-9)
 

@@ -196,7 +196,7 @@ def test_steps_are_obeyed_and_worth_it() -> None:
 def test_gradient_refuses_steps_naming_both(stand: Stand) -> None:
     problem = parts.problem(D(), 9, stand)
     with pytest.raises(
-        CompatibilityError, match=r"optimizer Gradient .* stand TwoAxis stops at steps .* optimizer=exchange"
+        CompatibilityError, match=r"optimizer Gradient .* stand TwoAxis stops at steps .* optimizer=Exchange\(\)"
     ):
         solve(GRADIENT, problem)
 

@@ -12,10 +12,12 @@ from hypothesis import strategies as st
 import parts
 from acalx.criteria import Criterion, D
 from acalx.errors import ArgumentError, PluginError
+from acalx.models import GyroRateTable, ScalarAccel
 from acalx.optimizers import Optimizer
 from acalx.problem import Problem
 from acalx.quantities.information import Information
-from acalx.stands import Setting, Stand, TwoAxis
+from acalx.search.encoding import Encoding
+from acalx.stands import RateTable, Setting, Stand, TwoAxis
 
 SEEDS = st.integers(0, 2**32 - 1)
 
@@ -178,3 +180,90 @@ def test_errors_of_acalx_pass_through_a_plugin() -> None:
     problem = parts.problem(Broken(lambda at: at.theta("drift")))
     with pytest.raises(ArgumentError, match="no parameter group 'drift'"):
         problem.loss(problem.restrictions.random(np.random.default_rng(0), 4))
+
+
+# --- fixed positions ---
+
+FIXED = parts.program(parts.icosahedron())[:3]
+
+
+def held(fixed: object, n: int = 9) -> Problem:
+    return Problem(parts.FULL, ScalarAccel(), D(), n, fixed)  # type: ignore[arg-type]
+
+
+def test_equal_problems_have_equal_fixed_positions() -> None:
+    assert held(FIXED) == held(FIXED.copy()) == held(FIXED.tolist())
+    assert len({held(FIXED), held(FIXED.copy()), held(None)}) == 2
+    different = (None, FIXED + 1e-12, FIXED[:2], FIXED[::-1])
+    for other in different:
+        assert held(FIXED) != held(other)
+    assert held(None) == held(None)
+    assert held(FIXED) != Problem(parts.FULL, ScalarAccel(), D(), 9, FIXED, replicates=False)
+    assert held(FIXED) != held(FIXED, 10)
+    assert held(FIXED) != "a problem"
+
+
+def test_what_a_caller_does_with_their_array_changes_no_problem() -> None:
+    mine = FIXED.copy()
+    problem, same = held(mine), held(FIXED)
+    before, loss = hash(problem), problem.loss(parts.program(parts.icosahedron())[:9])
+    mine[:] = 0.0
+    assert problem == same
+    assert hash(problem) == before
+    assert problem.fixed is not None
+    np.testing.assert_array_equal(problem.fixed, FIXED)
+    np.testing.assert_array_equal(problem.base_share, same.base_share)
+    assert problem.loss(parts.program(parts.icosahedron())[:9]) == loss
+    with pytest.raises(ValueError, match="read-only"):
+        problem.fixed[:] = 0.0
+
+
+def test_searches_leave_fixed_positions_alone() -> None:
+    mine = FIXED.copy()
+    for optimizer in parts.OPTIMIZERS[:1]:
+        found = optimizer.solve(held(mine), np.random.default_rng(0))
+        np.testing.assert_array_equal(mine, FIXED)
+        np.testing.assert_array_equal(found.program[:3], FIXED)
+
+
+@pytest.mark.parametrize(
+    ("fixed", "message"),
+    [
+        (FIXED[0], r"fixed: positions of shape \(2,\); the stand takes \(f, 2\), in rad"),
+        (FIXED[None], r"fixed: positions of shape \(1, 3, 2\)"),
+        (np.zeros((3, 3)), r"fixed: positions of shape \(3, 3\); the stand takes \(f, 2\)"),
+        (np.empty((0, 2)), r"fixed: positions of shape \(0, 2\)"),
+        ([[0.0, math.nan]], "fixed: positions must be finite numbers"),
+        ([[0.0, math.inf]], "fixed: positions must be finite numbers"),
+        ("here", "fixed='here': give an array of positions"),
+        ([[0.0], [0.0, 1.0]], "give an array of positions"),
+        (np.zeros((9, 2)), r"n=9 with 9 fixed positions leaves nothing to choose: .* give n=10 or more"),
+        (np.zeros((12, 2)), r"n=9 with 12 fixed positions .* give n=13 or more"),
+    ],
+)
+def test_bad_fixed_positions(fixed: object, message: str) -> None:
+    with pytest.raises(ArgumentError, match=message):
+        held(fixed)
+
+
+# --- vectors for populations ---
+
+MIXED = RateTable(step_deg=30)
+
+
+@pytest.mark.parametrize("stand", [*parts.STANDS, MIXED], ids=repr)
+@pytest.mark.parametrize("fixed", [0, 2])
+def test_vectors_lead_back_to_their_programs(stand: Stand, fixed: int) -> None:
+    model = ScalarAccel() if stand is not MIXED else GyroRateTable()
+    rng = np.random.default_rng(0)
+    problem = Problem(stand, model, D(), 12, stand.axes.random(rng, (fixed,)) if fixed else None)
+    encoding, programs = Encoding(problem.restrictions), problem.restrictions.random(rng, 20)
+    vectors = encoding.vectors(programs)
+    assert vectors.shape == (20, (12 - fixed) * problem.d)
+    assert (vectors >= encoding.bounds[:, 0]).all()
+    assert (vectors <= encoding.bounds[:, 1]).all()
+    np.testing.assert_allclose(encoding.settings(vectors), programs, atol=1e-12)
+    stepped = [setting.step is not None for setting in stand.settings]
+    assert list(encoding.integral) == stepped * (12 - fixed)
+    moved = np.clip(vectors + 0.4 * encoding.integral, *encoding.bounds.T)  # rounded back to the stop
+    np.testing.assert_allclose(encoding.settings(moved), programs, atol=1e-12)

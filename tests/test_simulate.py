@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -14,8 +15,9 @@ from acalx.errors import ArgumentError, CompatibilityError
 from acalx.estimation import Bisquare, Estimator, Iterated, Linear, Oriented, Outputs, SingularError
 from acalx.models import Platform, ScalarAccel, VectorAccel
 from acalx.programs import find_program
-from acalx.simulation import Campaign, ErrorSources, Outcome, default_estimator, simulate
-from acalx.stands import PlatformGimbals
+from acalx.recording.parts import described
+from acalx.simulation import Campaign, ErrorSources, Outcome, default_estimator, run_campaign, simulate
+from acalx.stands import PlatformGimbals, TwoAxis
 from command import Outcome as Ended
 from command import assert_refused, run, together
 
@@ -36,7 +38,7 @@ def simulated(
     estimator: Estimator | None = None,
     trials: int = 2000,
 ) -> Outcome:
-    return simulate(campaign(program, sources), estimator or Iterated(), trials, program)
+    return run_campaign(campaign(program, sources), estimator or Iterated(), trials, program)
 
 
 def test_trials_do_not_depend_on_their_number_or_on_the_chunk() -> None:
@@ -45,14 +47,14 @@ def test_trials_do_not_depend_on_their_number_or_on_the_chunk() -> None:
     np.testing.assert_array_equal(whole.parameters[1024:1700], part.parameters)
     np.testing.assert_array_equal(whole.measurement[1024:1700], part.measurement)
     outcomes = [
-        simulate(campaign("icosahedron_12"), Iterated(), 5000, "", chunk=chunk) for chunk in (1024, 2048, 10**6)
+        run_campaign(campaign("icosahedron_12"), Iterated(), 5000, "", chunk=chunk) for chunk in (1024, 2048, 10**6)
     ]
     for other in outcomes[1:]:
         np.testing.assert_allclose(other.covariance, outcomes[0].covariance, rtol=1e-12, atol=1e-24)
         np.testing.assert_allclose(other.bias, outcomes[0].bias, rtol=0, atol=1e-18)
-    again = simulate(campaign("icosahedron_12"), Iterated(), 5000)
+    again = run_campaign(campaign("icosahedron_12"), Iterated(), 5000)
     np.testing.assert_array_equal(again.covariance, outcomes[2].covariance)
-    assert (simulate(campaign("icosahedron_12", seed=1), Iterated(), 5000).covariance != again.covariance).all()
+    assert (run_campaign(campaign("icosahedron_12", seed=1), Iterated(), 5000).covariance != again.covariance).all()
 
 
 def test_programs_have_common_sensors_and_noise() -> None:
@@ -93,7 +95,7 @@ def test_intervals_cover_as_they_should(program: str, estimator: Estimator) -> N
 
 def test_verdicts_are_right_as_often_as_they_say() -> None:
     settings = find_program("icosahedron_12").settings_for(STAND)
-    outcomes = [simulate(Campaign(MODEL, STAND, settings, PAPER, seed), Linear(), 300) for seed in range(120)]
+    outcomes = [run_campaign(Campaign(MODEL, STAND, settings, PAPER, seed), Linear(), 300) for seed in range(120)]
     assert 0.88 <= np.mean([outcome.agrees for outcome in outcomes]) <= 0.99
     for name in ("bias_probability", "scatter_probability"):  # uniform
         values = np.sort([getattr(outcome, name) for outcome in outcomes])
@@ -132,8 +134,8 @@ def test_gravity_that_is_not_known_goes_into_the_scale() -> None:
 
 def test_drift_favours_some_parameters_in_order_and_none_shuffled() -> None:
     drifting = replace(EXACT, drift=1e-4, drift_positions=5.0)
-    ordered = simulate(campaign("faces_and_edges_18", drifting), Iterated(), 4000)
-    shuffled = simulate(campaign("faces_and_edges_18", drifting, shuffled=True), Iterated(), 4000)
+    ordered = run_campaign(campaign("faces_and_edges_18", drifting), Iterated(), 4000)
+    shuffled = run_campaign(campaign("faces_and_edges_18", drifting, shuffled=True), Iterated(), 4000)
     for group, entry in ordered.groups.items():
         assert entry["inequality"] > 0.3
         assert shuffled.groups[group]["inequality"] < 0.1
@@ -175,7 +177,7 @@ def on_the_platform(**options: object) -> Outcome:
     stand = PlatformGimbals()
     sources = ErrorSources(GYROS, noise=1.0, setting_rad=0.0, **options)  # type: ignore[arg-type]
     settings = find_program("platform_reference_16").settings_for(stand)
-    return simulate(Campaign(platform, stand, settings, sources, 0), default_estimator(platform), 1000)
+    return run_campaign(Campaign(platform, stand, settings, sources, 0), default_estimator(platform), 1000)
 
 
 def test_linear_models_are_as_predicted_where_installation_errors_are_known() -> None:
@@ -194,7 +196,7 @@ def test_robust_losses_take_outputs_too() -> None:
     sources = ErrorSources({"bias": 1e-4, "scale": 1e-4, "misalignment": 1e-4}, noise=1.0, setting_rad=0.0)
     settings = find_program("icosahedron_12").settings_for(STAND)
     linear, robust = (
-        simulate(Campaign(model, STAND, settings, sources, 0), Linear(Outputs(), loss), 1000)
+        run_campaign(Campaign(model, STAND, settings, sources, 0), Linear(Outputs(), loss), 1000)
         for loss in (Linear().loss, Bisquare())
     )
     assert linear.agrees
@@ -252,7 +254,7 @@ def test_what_does_not_fit_is_refused() -> None:
         VectorAccel(), STAND, settings, ErrorSources({"bias": 1, "scale": 1, "misalignment": 1}, noise=1.0), 0
     )
     with pytest.raises(CompatibilityError, match="VectorAccel has no magnitude"):
-        simulate(vector, Iterated(), 100)
+        run_campaign(vector, Iterated(), 100)
     with pytest.raises(CompatibilityError, match="group nonorthogonality that model VectorAccel lacks"):
         Campaign(VectorAccel(), STAND, settings, PAPER, 0)
     with pytest.raises(CompatibilityError, match="how large are the true misalignment"):
@@ -261,6 +263,46 @@ def test_what_does_not_fit_is_refused() -> None:
         campaign("icosahedron_12", replace(PAPER, installation_arcsec=(10, 1)))
     with pytest.raises(SingularError, match="can't see: nonorthogonality_xy"):
         simulated("classical_12")
+
+
+# ---------------------------------------------------------------- the function
+
+
+def test_names_programs_and_settings_are_the_same_to_it() -> None:
+    name = "icosahedron_12"
+    program = find_program(name)
+    by_name = simulate(name, MODEL, STAND, PAPER, trials=200)
+    others = [simulate(given, MODEL, STAND, PAPER, trials=200) for given in (program, program.settings_for(STAND))]
+    for other, called in zip(others, (name, "program"), strict=True):
+        np.testing.assert_array_equal(other.outcomes[called].covariance, by_name.outcomes[name].covariance)
+    both = simulate([name, program.settings_for(STAND)], MODEL, STAND, PAPER, trials=200)
+    assert list(both.outcomes) == [name, "program 2"]
+    assert isinstance(by_name.estimator, Iterated)
+    assert by_name.trials == by_name.outcomes[name].trials == 200
+
+
+@pytest.mark.parametrize(
+    ("programs", "options", "message"),
+    [
+        ([], {}, r"program=\[\]: give one program or more, as in program=\['icosahedron_12', 'mine.csv'\]"),
+        (["icosahedron_12", find_program("icosahedron_12")], {}, "icosahedron_12 is there twice"),
+        ("icosahedron_12", {"seed": -1}, "seed=-1"),
+        ("icosahedron_12", {"trials": "many"}, "trials='many': give a whole number of trials from 2 to 100,000,000"),
+        ("icosahedron_12", {"order": "alphabetic"}, "order=alphabetic"),
+        ("icosahedron_12", {"confidence": 95}, "confidence=95"),
+    ],
+)
+def test_what_it_is_not_given_right_is_refused(programs: list[str], options: dict[str, object], message: str) -> None:
+    with pytest.raises(ArgumentError, match=message):
+        simulate(programs, MODEL, STAND, PAPER, **options)  # type: ignore[arg-type]
+    with pytest.raises(CompatibilityError, match=r"for estimator=Linear\(residual=Outputs\(\)\)"):
+        simulate(
+            "icosahedron_12",
+            VectorAccel(),
+            STAND,
+            ErrorSources({"bias": 1, "scale": 1, "misalignment": 1}, noise=1.0),
+            estimator=Iterated(),
+        )
 
 
 # ---------------------------------------------------------------- the command
@@ -317,6 +359,24 @@ def test_the_command_records_and_shows(commands: dict[str, Ended]) -> None:
         assert float(row["standard_deviation_low"]) < float(row["standard_deviation_high"])
     assert "agrees with theory" in two.out
     assert commands["again"].text("simulation.csv") == two.text("simulation.csv")
+
+
+def test_the_function_gives_what_the_command_gives(
+    commands: dict[str, Ended], tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    names = ["egorov_2021_table_1", "axes_and_vertices_9"]
+    simulated = simulate(names, MODEL, TwoAxis(), ErrorSources(), trials=2000, seed=1)
+    two = commands["two"]
+    assert json.loads(two.text("simulation.json"))["programs"] == [one.entries() for one in simulated.outcomes.values()]
+    assert two.result["message"] == simulated.summary()
+    assert two.result["agrees"] == simulated.agrees
+    assert two.result["visits"] == simulated.visits
+    for name in ("model", "stand", "errors", "estimator"):
+        assert two.result[name] == described(getattr(simulated, name))
+    assert two.result["estimator"]["residual"] == {"class": "Magnitude"}
+    assert list(tmp_path.iterdir()) == []
+    assert capsys.readouterr() == ("", "")
 
 
 def test_the_command_takes_other_models(commands: dict[str, Ended]) -> None:

@@ -2,24 +2,30 @@
 
 from __future__ import annotations
 
+import ast
 from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 import parts
-from acalx.criteria import Ceiling, Criterion, D, Inequality
-from acalx.models import Model, ScalarAccel
+import random_search
+from acalx.criteria import A, Ceiling, Criterion, D, Inequality, Objectives
+from acalx.models import Model, Platform, ScalarAccel
 from acalx.numerics.arrays import Array
-from acalx.optimizers import Gradient, Optimizer
+from acalx.optimizers import DifferentialEvolution, Exchange, Gradient, Optimizer, Scalarized
 from acalx.problem import Problem
 from acalx.quantities.information import Information
 from acalx.quantities.stimulus import Stimulus
+from acalx.schemes import Joint, Parallel, Scheme, Serial
 from acalx.search.account import Account
 from acalx.search.result import Result
-from acalx.stands import Setting, Stand, TwoAxis
+from acalx.stands import PlatformGimbals, Setting, Stand, TwoAxis
 from acalx.stands.axes import Axes
-from acalx.testing import check_criterion, check_model, check_optimizer, check_stand
+from acalx.testing import check_criterion, check_model, check_optimizer, check_scheme, check_stand
+from command import run
 
 PARAMETERS = ScalarAccel().parameters
 
@@ -62,13 +68,15 @@ class HalfTurn(Table):
         return TwoAxis().stimulus(settings / 2)
 
 
-class AstrayAxes(Axes):
+class Nowhere(Axes):
     def random(self, rng: np.random.Generator, shape: tuple[int, ...]) -> Array:
         return np.full((*shape, 2), np.nan)
 
 
 class Strayed(Table):
-    axes = AstrayAxes(Table.settings)
+    @cached_property
+    def axes(self) -> Axes:
+        return Nowhere(self.settings)
 
 
 class Mirrored(Table):
@@ -332,3 +340,124 @@ class Spoiled(Optimizer):
 def test_broken_optimizers(mistake: str, message: str) -> None:
     with pytest.raises(AssertionError, match=f"Spoiled breaks a rule: {message}"):
         check_optimizer(Spoiled(mistake), parts.problem(stand=parts.BAND))
+
+
+class Loosened(Optimizer[Result]):
+    """Does not mind what is fixed, or what may not be there twice."""
+
+    def __init__(self, mistake: str) -> None:
+        self.mistake = mistake
+
+    def search(self, problem: Problem, rng: np.random.Generator, account: Account) -> Result:
+        if self.mistake == "replicates" and not problem.replicates:
+            problem = replace(problem, replicates=True)
+        found = Gradient(starts=16).search(problem, rng, account)
+        settings = found.best.settings
+        if self.mistake == "fixed" and problem.held:
+            settings = settings[::-1]
+        if self.mistake == "replicates" and problem.held:
+            settings = np.concatenate([settings[:-1], settings[-2:-1]])
+        return found.with_program(settings)
+
+
+@pytest.mark.parametrize(
+    ("mistake", "message"),
+    [("fixed", "the fixed positions come first"), ("replicates", "no position occurs again where none may")],
+)
+def test_optimizers_that_break_restrictions(mistake: str, message: str) -> None:
+    check_optimizer(Loosened(""), parts.problem())
+    with pytest.raises(AssertionError, match=f"Loosened breaks a rule: {message}"):
+        check_optimizer(Loosened(mistake), parts.problem(), restricted=True)
+
+
+@pytest.mark.parametrize(
+    "optimizer",
+    [
+        Gradient(starts=16),
+        DifferentialEvolution(restarts=1, maxiter=40, companions=3),
+        Exchange(chains=1, starts=10, patience=2),
+    ],
+    ids=lambda optimizer: type(optimizer).__name__,
+)
+def test_optimizers_heed_restrictions(optimizer: Optimizer) -> None:
+    stand = TwoAxis(step_deg=30) if isinstance(optimizer, Exchange) else parts.FULL
+    check_optimizer(optimizer, parts.problem(n=10, stand=stand), restricted=True)
+
+
+def test_fronts_heed_restrictions() -> None:
+    asked = Problem(parts.FULL, ScalarAccel(), Objectives([D(), A()], ["d", "a"]), 9)
+    check_optimizer(Scalarized(points=5, seeds=2, starts=16), asked, restricted=True)
+
+
+# --- an optimizer of somebody's own ---
+
+
+def code_lines(path: Path) -> int:
+    """Lines without docstrings, imports, comments and blanks."""
+    text = path.read_text(encoding="utf-8")
+    left_out: set[int] = set()
+    for node in ast.walk(ast.parse(text)):
+        docstring = isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant)
+        if isinstance(node, ast.Import | ast.ImportFrom) or docstring:
+            assert node.end_lineno is not None
+            left_out |= set(range(node.lineno, node.end_lineno + 1))
+    lines = dict(enumerate(text.splitlines(), 1))
+    return sum(bool(lines[k].partition("#")[0].strip()) for k in lines.keys() - left_out)
+
+
+@pytest.mark.parametrize("stand", [parts.BAND, parts.TABLE_15], ids=repr)
+def test_a_new_optimizer_takes_thirty_lines(stand: Stand) -> None:
+    assert code_lines(Path(random_search.__file__)) <= 30
+    check_optimizer(random_search.RandomSearch(draws=40, polished=3), parts.problem(n=10, stand=stand), restricted=True)
+
+
+def test_a_new_optimizer_on_the_command_line(tmp_path: Path) -> None:
+    (tmp_path / "mine.py").write_text(Path(random_search.__file__).read_text(encoding="utf-8"), encoding="utf-8")
+    own = ("optimizer=custom", "optimizer._target_=mine.RandomSearch", "+optimizer.draws=50", "figures=false")
+    outcome = run(tmp_path, *own, "criterion=d")
+    assert outcome.status == 0, outcome.err
+    assert "of 50 random programs polished" in outcome.result["message"]
+
+
+# --- schemes ---
+
+
+@dataclass(frozen=True)
+class Amiss(Scheme):
+    """The joint design with one mistake."""
+
+    mistake: str
+
+    def smallest_n(self, problem: Problem) -> int:
+        return 0 if self.mistake == "least" else problem.model.smallest_n
+
+    def solve(self, problem, optimizer, rng, watch=None):  # type: ignore[no-untyped-def]
+        found = Joint().solve(problem, optimizer, rng, watch)
+        if self.mistake == "fickle":
+            seed = np.random.default_rng()
+            return replace(found, result=found.result.with_program(seed.permutation(found.result.program)))
+        if self.mistake == "long":
+            settings = found.result.program
+            return replace(found, result=found.result.with_program(np.concatenate([settings, settings])))
+        if self.mistake == "deaf" and found.result.status == "interrupted":
+            return replace(found, result=found.result.ended("ok", "done"))
+        return found
+
+
+@pytest.mark.parametrize("scheme", [Joint(), Parallel(), Serial()], ids=repr)
+def test_schemes(scheme: Scheme) -> None:
+    check_scheme(scheme, Problem(PlatformGimbals(), Platform(), D(), 32), Gradient(starts=8))
+
+
+@pytest.mark.parametrize(
+    ("mistake", "message"),
+    [
+        ("least", "smallest_n is a whole number"),
+        ("fickle", "the same seed gives the same program"),
+        ("long", "the program has n=9 positions at most, got 18"),
+        ("deaf", "lets an interrupt pass, got status 'ok'"),
+    ],
+)
+def test_broken_schemes(mistake: str, message: str) -> None:
+    with pytest.raises(AssertionError, match=f"Amiss breaks a rule: {message}"):
+        check_scheme(Amiss(mistake), parts.problem(stand=parts.BAND), Gradient(starts=8))

@@ -18,6 +18,10 @@ from acalx.models import ScalarAccel
 from acalx.numerics.arrays import Array
 from acalx.programs import find_program
 from acalx.quantities.stimulus import Stimulus
+from acalx.recording.parts import described
+from acalx.reporting.validation import show
+from acalx.validation import Validated, ValidatedSensor, Validation
+from acalx.validation import validate as validated_from
 from acalx.validation.comparison import compare_programs, vertical_of
 from acalx.validation.splits import held_out, random_splits, take_folds, validate_folds, validate_splits
 from acalx.validation.subsets import best_positions, efficiency, nearest_positions, random_positions, random_turns
@@ -297,6 +301,60 @@ def test_one_sensor(validated: dict[str, Outcome]) -> None:
     ]
     assert "calibrated on the nearest to" in outcome.out
     assert json.loads(outcome.text("validation.json"))["programs"][3]["name"] == "mine.csv"
+
+
+def test_the_function_gives_what_the_command_gives(
+    validated: dict[str, Outcome],
+    folder: Path,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    data = {name: read_readings(folder / f"{name}.csv") for name in ("one", "twelve")}
+    chosen = [find_program(str(folder / "mine.csv")), "axes_and_edges_9"]
+    one = validated_from(data["one"], splits=50, turns=10, programs=chosen)
+    groups = read_groups(folder / "two.csv", ["imu"])
+    two = validated_from({key[0]: group for key, group in groups.items()}, splits=20, turns=1)
+    test = validated_from(data["one"], test=data["twelve"])
+    for name, found in (("one", one), ("two", two), ("test", test)):
+        entries = json.loads(validated[name].text("validation.json"))
+        assert [sensor["sensor"] for sensor in entries["sensors"]] == [sensor.name for sensor in found.sensors]
+        for entry, sensor in zip(entries["sensors"], found.sensors, strict=True):
+            assert {key: entry[key] for key in sensor.figures} == sensor.figures
+        assert [row["rms_g"] for row in entries["programs"]] == [row.rms_g for row in found.programs]
+        assert validated[name].metrics == found.medians
+    assert validated["one"].result["criterion"] == described(D())
+    assert list(tmp_path.iterdir()) == []
+    assert capsys.readouterr() == ("", "")
+
+
+def test_what_the_function_can_not_use_is_refused() -> None:
+    given = readings()
+    with pytest.raises(DataError, match="there are no readings"):
+        validated_from({})
+    with pytest.raises(DataError, match="no sensor two"):
+        validated_from({"two": given}, test={"one": given})
+    with pytest.raises(DataError, match="leave none to test on; give test=READINGS"):
+        validated_from(readings("egorov_2021_table_1"), programs=())
+    with pytest.raises(ArgumentError, match="turns=0"):
+        validated_from(given, turns=0)
+
+
+def test_arrays_are_programs_and_readings_too() -> None:
+    given = readings()
+    wanted = directions("icosahedron_12")
+    found = validated_from(given.means, programs=[wanted], splits=5, turns=3)
+    assert [row.name for row in found.programs] == ["program 1", "best 12 measured", "random 12, median"]
+    again = validated_from(given, programs=["icosahedron_12"], splits=5, turns=3)
+    assert found.programs[0].rms_g == pytest.approx(again.programs[0].rms_g)
+
+
+def test_errors_are_shown_however_small_they_are(capsys: pytest.CaptureFixture[str]) -> None:
+    tiny = Validation(np.full(4, 1e-2), 1.2345e-9 * np.array([1.0, -1.0, 1.0, -1.0]))
+    figures = {"test_r_squared": float(tiny.r_squared), "test_rms_g": float(tiny.rms)}
+    show(Validated([ValidatedSensor("1", 20, figures, tiny, [])]))
+    assert "1.234e-06" in capsys.readouterr().out
 
 
 def test_several_sensors_in_a_file(validated: dict[str, Outcome]) -> None:

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 import parts
 from acalx.bounds.relaxation import relax
-from acalx.criteria import A, Ceiling, Criterion, D, E, Inequality
+from acalx.criteria import A, Ceiling, Concave, Criterion, D, E, Inequality
 from acalx.errors import AcalxError, ArgumentError, CompatibilityError
 from acalx.models import ScalarAccel
 from acalx.numerics.arrays import Array
@@ -193,7 +193,7 @@ def test_a_fine_grid_comes_close_to_the_whole_range(criterion: Criterion) -> Non
 
 
 def test_candidates_are_not_kept_in_memory() -> None:
-    grid = NARROW.candidates(1_000_000, "structured", rng_of(0))
+    grid = NARROW.axes.candidates(1_000_000, "structured", rng_of(0))
     assert 900_000 < len(grid) < 1_100_000
     tracemalloc.start()
     found = optimal_weights(Positions(NARROW, ScalarAccel(), grid), D())
@@ -229,14 +229,14 @@ def test_bad_rows_are_refused(rows: Array) -> None:
 
 
 @pytest.mark.parametrize("criterion", [D(), A()], ids=["d", "a"])
-def test_second_derivatives(criterion: Criterion) -> None:
+def test_second_derivatives(criterion: Concave) -> None:
     rng = np.random.default_rng(0)
     rows = rng.standard_normal((20, 5))
     information = Information(rows.T @ rows, named(5))
     directions = rng.standard_normal((6, 5, 5))
     directions = directions + directions.swapaxes(-1, -2)
     exact = criterion.curvature(information, directions)
-    numerical = Criterion.curvature(criterion, information, directions)
+    numerical = Concave.curvature(criterion, information, directions)
     np.testing.assert_allclose(exact, numerical, atol=1e-6 * np.abs(exact).max())
 
 

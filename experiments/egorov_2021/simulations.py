@@ -13,7 +13,7 @@ from acalx.models import ScalarAccel
 from acalx.numerics.arrays import Array
 from acalx.programs import find_program
 from acalx.reporting.tables import markdown
-from acalx.simulation import Campaign, ErrorSources, Outcome, simulate
+from acalx.simulation import Campaign, ErrorSources, Outcome, run_campaign
 from acalx.stands import TwoAxis
 from acalx.validation.splits import Validation
 
@@ -51,7 +51,7 @@ def tables_6_and_7(fair: Array) -> dict[str, str]:
 
 
 def _simulated(settings: Array, sources: ErrorSources, estimator: Iterated | Linear) -> Outcome:
-    return simulate(Campaign(MODEL, STAND, settings, sources, SEED), estimator, TRIALS)
+    return run_campaign(Campaign(MODEL, STAND, settings, sources, SEED), estimator, TRIALS)
 
 
 def _title(name: str) -> str:

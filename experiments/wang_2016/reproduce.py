@@ -23,8 +23,8 @@ from acalx.quantities.information import Information
 from acalx.recording import RunDirectory
 from acalx.reporting.figures import PALE, SERIES, draw_landscape, new_figure, save
 from acalx.reporting.tables import markdown, program_table
-from acalx.schemes import Designed, Joint, Parallel, Scheme, Serial
-from acalx.simulation import Campaign, ErrorSources, default_estimator, simulate
+from acalx.schemes import Composed, Joint, Parallel, Scheme, Serial
+from acalx.simulation import Campaign, ErrorSources, default_estimator, run_campaign
 from acalx.stands import PlatformGimbals
 
 HERE = Path(__file__).resolve().parent
@@ -59,7 +59,7 @@ WRITTEN = {
 }
 
 
-def design(scheme: Scheme, optimizer: Optimizer, n: int, criterion: Criterion | None = None) -> Designed:
+def design(scheme: Scheme, optimizer: Optimizer, n: int, criterion: Criterion | None = None) -> Composed:
     """A program of at most n positions, always from the same seed."""
     return scheme.solve(Problem(STAND, UNIT, criterion or D(), n), optimizer, np.random.default_rng(SEED))
 
@@ -98,7 +98,7 @@ def relative_errors(settings: Array) -> Array:
     """Root mean square error of each of the 36 coefficients over that of the true ones, (36,), simulated."""
     sources = ErrorSources(MAGNITUDES, noise=1.0, setting_rad=0.0, gravity=0.0, installation_arcsec=INSTALLATION)
     campaign = Campaign(SENSOR, STAND, settings, sources, SEED)
-    return simulate(campaign, default_estimator(SENSOR), RUNS).relative_errors
+    return run_campaign(campaign, default_estimator(SENSOR), RUNS).relative_errors
 
 
 def comparison() -> dict[str, str]:

@@ -43,7 +43,7 @@ def main() -> int:
 
 def _hand_over(command: str, arguments: list[str], program: str = "") -> int:
     sys.argv = [program or f"acalx {command}", *arguments]
-    status: int = importlib.import_module(f"acalx.{command}").main()
+    status: int = importlib.import_module(f"acalx.commands.{command}").main()
     return status
 
 

@@ -67,7 +67,7 @@ class AcalxError(Exception):
         """The message, with options spelled in one way or another."""
         if not self.data:
             return self.message
-        return self.message.format_map({k: spell(v) if isinstance(v, Option) else v for k, v in self.data.items()})
+        return self.message.format_map({name: _said(value, spell) for name, value in self.data.items()})
 
     def __str__(self) -> str:
         return self.said(Option.as_argument)
@@ -115,6 +115,13 @@ class SingularError(DataError):
 
 class PluginError(AcalxError):
     """A part written by somebody else that broke the contract of its interface."""
+
+
+def _said(value: object, spell: Callable[[Option], str]) -> object:
+    """An option in words, an error within an error in the same words; anything else as it is."""
+    if isinstance(value, AcalxError):
+        return value.said(spell)
+    return spell(value) if isinstance(value, Option) else value
 
 
 def _rebuilt(kind: type[SingularError], message: str, inestimable: list[str], data: dict[str, Any]) -> SingularError:

@@ -1,8 +1,12 @@
-"""``python -m acalx.evaluate``: figures of merit of a program."""
+"""``python -m acalx.evaluate`` is the command; imported, ``acalx.evaluate`` stays the function."""
 
 import sys
 
-from acalx.commands.evaluate import main
-
 if __name__ == "__main__":
+    from acalx.commands.evaluate import main
+
     sys.exit(main())
+else:
+    from acalx.planning.evaluation import evaluate
+
+    sys.modules[__name__] = evaluate  # type: ignore[assignment]

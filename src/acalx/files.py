@@ -77,11 +77,11 @@ class CsvFile:
         return header
 
     def delimiter(self) -> str:
-        """The mark between fields."""
+        """The character between the fields of a row, as it was found in the header."""
         return self._split_at()[1]
 
     def numbers(self, row: int, fields: list[str], header: list[str], indices: Iterable[int]) -> list[float]:
-        """Some fields of a row as numbers."""
+        """The fields of a row in some columns as numbers; the error names row and column where one is none."""
         self.check_width(row, fields, header)
         for k in indices:
             if not is_number(fields[k]):

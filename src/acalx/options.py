@@ -11,16 +11,24 @@ import numpy as np
 from acalx.errors import ArgumentError, Option
 
 __all__ = [
+    "require_confidence",
     "require_count",
     "require_limits",
     "require_number",
     "require_points",
     "require_positive",
+    "require_seed",
     "require_speeds",
     "require_step",
     "require_steps",
     "require_switch",
 ]
+
+
+def require_confidence(value: object) -> None:
+    """Raise ArgumentError unless it is a probability that intervals can have, from 0.5 to less than 1."""
+    if not (isinstance(value, float) and 0.5 <= value < 1.0):
+        raise ArgumentError(f"confidence={value}: give a probability from 0.5 to less than 1, such as 0.95")
 
 
 def require_count(name: str, value: object) -> None:
@@ -101,6 +109,12 @@ def require_points(name: str, value: object, objectives: int = 2) -> None:
     require_count(name, value)
     if isinstance(value, (int, np.integer)) and value < objectives:
         raise ArgumentError(f"{name}={value}: a front of {objectives} objectives has {objectives} ends or more")
+
+
+def require_seed(value: object) -> None:
+    """Raise ArgumentError unless it is a seed of a random generator."""
+    if not isinstance(value, (int, np.integer)) or isinstance(value, bool) or value < 0:
+        raise ArgumentError(f"seed={value}: the seed must be a whole number, 0 or more")
 
 
 def _is_number(value: object) -> TypeGuard[float]:

@@ -1,8 +1,12 @@
-"""``python -m acalx.simulate``: simulated calibrations."""
+"""``python -m acalx.simulate`` is the command; imported, ``acalx.simulate`` stays the function."""
 
 import sys
 
-from acalx.commands.simulate import main
-
 if __name__ == "__main__":
+    from acalx.commands.simulate import main
+
     sys.exit(main())
+else:
+    from acalx.simulation import simulate
+
+    sys.modules[__name__] = simulate  # type: ignore[assignment]

@@ -74,7 +74,7 @@ class Bound:
 
     @property
     def proved(self) -> bool:
-        """Whether it is certain."""
+        """Whether it is certain that no program is better."""
         return self.status != "computed"
 
 

@@ -68,6 +68,7 @@ class Certificate:
             "margin": self.bound.margin,
             "proved": self.optimal,
             "parts": {name: from_log(loss) for name, loss in self.bound.parts.items()},
+            "log_parts": dict(self.bound.parts),
         }
 
     def __str__(self) -> str:

@@ -35,7 +35,7 @@ _MOST_LINES = 1_000  # of stops of one setting where another has no steps
 _MOST_PEAKS = 54
 _STARTS = 600  # of the grid, from which peaks are climbed
 _CLIMB = 1e-10  # a climb ends where two steps raise the sensitivity by less; a flat one would go on for ever
-_SAME = 1e-5  # regressors that differ by less belong to the same support point
+_SAME = 1e-5  # regressors that differ by less, over the largest of an output, belong to the same support point
 # The gap to which weights are optimized; a matrix inequality stops short of the accuracy of smooth criteria.
 _SMOOTH_GAP, _CEILING_GAP = 1e-10, 1e-8
 
@@ -200,7 +200,9 @@ def _peaks(problem: Problem, support: Array, grid: Array, points: Array) -> tupl
 
 def _merged(problem: Problem, points: Array) -> Array:
     """Points (k, d) that the sensor feels alike taken together, the first of each."""
-    rows = problem.response.regressors(points).reshape(len(points), -1)
+    rows = problem.response.regressors(points)
+    largest = np.abs(rows).max(axis=(0, 2))[:, None]  # of each output: sensors differ in their noise
+    rows = (rows / np.where(largest > 0.0, largest, 1.0)).reshape(len(points), -1)
     kept: list[int] = []
     for i in range(len(points)):
         if not kept or np.abs(rows[kept] - rows[i]).max(axis=1).min() >= _SAME:

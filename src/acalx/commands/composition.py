@@ -1,4 +1,4 @@
-"""Criteria from their names on the command line, the user's own YAMLs included."""
+"""The configuration of a job: what names stand for, the user's own YAMLs included, and parts made from it."""
 
 from __future__ import annotations
 
@@ -11,16 +11,67 @@ from hydra.core.hydra_config import HydraConfig
 from omegaconf import DictConfig, ListConfig, OmegaConf
 
 from acalx.commands.explain import suggestion
-from acalx.commands.launch import build
 from acalx.criteria import Criterion, Objectives
 from acalx.errors import ArgumentError
+from acalx.planning.defaults import suited
+from acalx.stands import Stand
 
-__all__ = ["build_objectives", "compose_default_optimizer", "compose_objectives", "compose_orient"]
+__all__ = ["build", "build_objectives", "composed", "resolved"]
 
 _GROUP = "criterion"
 
 
-def compose_objectives(config: DictConfig, overrides: Sequence[str]) -> DictConfig:
+def composed(config: DictConfig, overrides: Sequence[str]) -> DictConfig:
+    """The configuration of a design with all that names stand for, and the optimizer that suits where none is named.
+
+    Parameters
+    ----------
+    config : DictConfig
+    overrides : sequence of str
+        The command line.
+
+    Raises
+    ------
+    ArgumentError
+        A name that there is not, or that is there twice; a criterion beside the objectives.
+    """
+    several = config.objectives is not None
+    if several:
+        config = _compose_objectives(config, overrides)
+    usual = suited(several=False, stepped=False)
+    name = suited(several=several, stepped=not several and build(config, "stand", Stand).axes.stepped)
+    if name != usual:
+        config = _compose_default_optimizer(config, overrides, name)
+    return _compose_orient(config)
+
+
+def resolved(config: DictConfig) -> str:
+    """The configuration as it was, which runs again by itself, as YAML."""
+    chosen = {"launcher": "acalx", "sweeper": "acalx", "job_logging": "none", "hydra_logging": "none"}
+    defaults = ["run_schema", "settings", *({f"override hydra/{group}": option} for group, option in chosen.items())]
+    head = {"defaults": [*defaults, "_self_"]}
+    body = OmegaConf.to_container(config, resolve=True)
+    return (
+        "# This run again: python -m acalx.run --config-dir=THIS_DIRECTORY --config-name=resolved\n"
+        + OmegaConf.to_yaml(OmegaConf.create(head))
+        + OmegaConf.to_yaml(OmegaConf.create(body))
+    )
+
+
+def build(config: DictConfig, group: str, kind: type) -> Any:
+    """Make the part that a group of the configuration describes, and check what it is."""
+    if config[group] is None:
+        raise ArgumentError(f"there is no {group}: give {group}=NAME")
+    part = hydra.utils.instantiate(config[group], _convert_="all")
+    if not isinstance(part, kind):
+        raise ArgumentError(
+            f"{group}: {config[group].get('_target_')} is not a {kind.__name__}; "
+            f"it must be a class derived from {kind.__module__.rsplit('.', 1)[0]}.{kind.__name__}"
+        )
+    return part
+
+
+def _compose_objectives(config: DictConfig, overrides: Sequence[str]) -> DictConfig:
     """The configuration with each objective's own in the place of its name, and no criterion.
 
     Parameters
@@ -56,12 +107,12 @@ def compose_objectives(config: DictConfig, overrides: Sequence[str]) -> DictConf
 
 
 def build_objectives(config: DictConfig) -> Objectives:
-    """The objectives of a configuration that `compose_objectives` gave."""
+    """The objectives of a configuration that `composed` gave."""
     names = [str(name) for name in config.objectives]
     return Objectives([build(config.objectives, name, Criterion) for name in names], names)
 
 
-def compose_orient(config: DictConfig) -> DictConfig:
+def _compose_orient(config: DictConfig) -> DictConfig:
     """The configuration with the criterion that ``orient`` names in the place of its name.
 
     Raises
@@ -76,7 +127,7 @@ def compose_orient(config: DictConfig) -> DictConfig:
     return OmegaConf.create({**whole, "orient": _compose("orient", str(config.orient))})
 
 
-def compose_default_optimizer(config: DictConfig, overrides: Sequence[str], name: str) -> DictConfig:
+def _compose_default_optimizer(config: DictConfig, overrides: Sequence[str], name: str) -> DictConfig:
     """The configuration with another default optimizer, unless the command line or a recorded run says which."""
     said = any(argument.lstrip("+~").startswith(("optimizer=", "optimizer.")) for argument in overrides)
     if said or "optimizer" not in HydraConfig.get().runtime.choices:

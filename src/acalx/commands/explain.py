@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import difflib
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 from hydra.errors import (
     ConfigCompositionException,
@@ -15,12 +15,12 @@ from hydra.errors import (
 from omegaconf.errors import MissingMandatoryValue, ValidationError
 from yaml import YAMLError
 
-from acalx.errors import AcalxError
+from acalx.errors import AcalxError, Option
 
-__all__ = ["explain", "suggestion"]
+__all__ = ["as_override", "explain", "suggestion"]
 
 _EXAMPLES = {
-    "criterion._target_": "my_module.MyCriterion",
+    **{f"{group}._target_": f"my_module.My{group.title()}" for group in ("criterion", "model", "optimizer", "stand")},
     "unit.per_g": "4096, the counts that are 1 g, or unit.per_g=null to have it found from the readings",
 }
 
@@ -38,7 +38,7 @@ def explain(error: BaseException, overrides: Sequence[str] = (), config_name: st
     """
     for cause in _chain(error):
         if isinstance(cause, AcalxError):
-            return str(cause)
+            return cause.said(as_override)
     if isinstance(error, MissingConfigException) and error.options is not None and error.missing_cfg_file:
         group, option = _choice(error.missing_cfg_file, overrides)
         given = f"{group}={option}" if group else option
@@ -60,6 +60,25 @@ def explain(error: BaseException, overrides: Sequence[str] = (), config_name: st
     if isinstance(error, OSError):
         return f"can't write to {error.filename}: {error.strerror}; choose another directory by hydra.run.dir=DIRECTORY"
     return _first_line(error)
+
+
+def as_override(option: Option) -> str:
+    """An option as it is typed on the command line: ``stand.dip_deg=65``, ``'target={bias: 0.5}'``."""
+    text = f"{option.key}={_typed(option.value)}"
+    return f"'{text}'" if " " in text else text
+
+
+def _typed(value: object) -> str:
+    """A value as YAML has it in an override."""
+    if value is None:
+        return "null"
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, Mapping):
+        return "{" + ", ".join(f"{key}: {_typed(entry)}" for key, entry in value.items()) + "}"
+    if isinstance(value, Sequence) and not isinstance(value, str):
+        return f"[{','.join(map(_typed, value))}]"
+    return str(value)
 
 
 def suggestion(given: str, known: Iterable[str]) -> str:

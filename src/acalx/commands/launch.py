@@ -36,7 +36,7 @@ from acalx.errors import AcalxError, ArgumentError
 from acalx.recording import RunDirectory
 from acalx.reporting.tables import align
 
-__all__ = ["Entry", "SweepReport", "build", "launch", "record_refusal"]
+__all__ = ["Entry", "SweepReport", "launch", "record_refusal"]
 
 FAILED, INTERRUPTED = 1, 130
 _TRACEBACK = re.compile(r"traceback ?= ?(true|1|yes|on)")
@@ -45,7 +45,7 @@ Task = Callable[[DictConfig, RunDirectory], int]
 
 @dataclass(frozen=True)
 class Entry:
-    """An entry point.
+    """What `launch` must know of a command: its name, its configuration, what it does.
 
     Parameters
     ----------
@@ -110,19 +110,6 @@ def launch(entry: Entry) -> int:
             _say(str(other), other)
             return FAILED
     return max(_State.statuses, default=0)
-
-
-def build(config: DictConfig, group: str, kind: type) -> Any:
-    """Make the part that a group of the configuration describes, and check what it is."""
-    if config[group] is None:
-        raise ArgumentError(f"there is no {group}: give {group}=NAME")
-    part = hydra.utils.instantiate(config[group], _convert_="all")
-    if not isinstance(part, kind):
-        raise ArgumentError(
-            f"{group}: {config[group].get('_target_')} is not a {kind.__name__}; "
-            f"it must be a class derived from {kind.__module__.rsplit('.', 1)[0]}.{kind.__name__}"
-        )
-    return part
 
 
 def record_refusal(directory: Path, error: Exception, overrides: Sequence[str]) -> None:

@@ -3,7 +3,7 @@
 from acalx.criteria.alphabetic import A, D, E
 from acalx.criteria.base import Ceiling, Criterion, Product, Terms
 from acalx.criteria.concave import Concave, concave_of
-from acalx.criteria.fair import Inequality
+from acalx.criteria.fair import Inequality, fair
 from acalx.criteria.objectives import Objectives
 from acalx.criteria.target import Target
 
@@ -20,4 +20,5 @@ __all__ = [
     "Target",
     "Terms",
     "concave_of",
+    "fair",
 ]

@@ -25,15 +25,15 @@ class D(Concave):
     """
 
     def loss(self, information: Information) -> Array:
-        """-log det M."""
+        """log det K = -log det M, of each program (...)."""
         return -information.log_det
 
     def gradient(self, information: Information) -> Array:
-        """-K."""
+        """The derivative of -log det M, which is minus the covariance, (..., p, p)."""
         return -information.covariance
 
     def curvature(self, information: Information, directions: Array) -> Array:
-        """trace(K D_i K D_j)."""
+        """trace(K D_i K D_j) for directions D_i (q, p, p): (q, q)."""
         moved = information.covariance @ directions
         q = len(moved)
         return np.asarray(moved.reshape(q, -1) @ moved.swapaxes(-1, -2).reshape(q, -1).T)
@@ -45,7 +45,7 @@ class D(Concave):
         return -cvxpy.log_det(matrix)
 
     def degree(self, p: int) -> float:
-        """p."""
+        """The number of parameters p: the determinant of c M is that of M times c^p."""
         return float(p)
 
 
@@ -58,11 +58,11 @@ class A(Concave):
     """
 
     def loss(self, information: Information) -> Array:
-        """Logarithm of the sum of the variances."""
+        """Logarithm of the sum of the variances, (...)."""
         return np.asarray(np.log(information.variances.sum(axis=-1)))
 
     def gradient(self, information: Information) -> Array:
-        """-K K / tr K."""
+        """The derivative of log tr inv(M), -K K / tr K, (..., p, p)."""
         covariance = information.covariance
         trace = information.variances.sum(axis=-1)[..., None, None]
         return np.asarray(-(covariance @ covariance) / trace)
@@ -84,7 +84,7 @@ class A(Concave):
         return cvxpy.matrix_frac(root / np.linalg.norm(root), matrix)
 
     def degree(self, p: int) -> float:
-        """One."""
+        """1: variances fall as the information grows."""
         return 1.0
 
 
@@ -97,25 +97,26 @@ class E(Ceiling, Concave):
     """
 
     def loss(self, information: Information) -> Array:
-        """Minus the logarithm of the smallest eigenvalue of M."""
-        smallest = information.eigenvalues[..., 0]
+        """Minus the logarithm of the smallest eigenvalue of M, (...); inf where there is none above zero."""
+        smallest = information.smallest_eigenvalue
         with np.errstate(divide="ignore", invalid="ignore"):
             return np.where(smallest > 0, -np.log(smallest), np.inf)
 
     def gradient(self, information: Information) -> Array:
         """-v v' / mu, with mu the smallest eigenvalue of M and v its eigenvector."""
-        values, vectors = np.linalg.eigh(information.matrix)
-        worst = vectors[..., 0]
-        return np.asarray(-worst[..., :, None] * worst[..., None, :] / values[..., 0, None, None])
+        worst, smallest = information.weakest, information.smallest_eigenvalue[..., None, None]
+        return np.asarray(-worst[..., :, None] * worst[..., None, :] / smallest)
 
     def convex(self, matrix: Any, factor: Array) -> Any:
-        """Minus the smallest eigenvalue of M."""
+        """Minus the smallest eigenvalue of M, in units in which it is of the order of one."""
         import cvxpy
 
-        return -cvxpy.lambda_min(factor @ matrix @ factor.T)
+        root = np.linalg.inv(factor)
+        units = 2.0 ** np.round(np.log2(np.linalg.norm(root)))  # by a power of two no digit changes
+        return -cvxpy.lambda_min((units * factor) @ matrix @ (units * factor).T)
 
     def degree(self, p: int) -> float:
-        """One."""
+        """1: variances fall as the information grows."""
         return 1.0
 
     def least_loss(self, support: Array, at: Information) -> Array:
@@ -127,12 +128,12 @@ class E(Ceiling, Concave):
         return -self.gradient(information) if multiplier is None else multiplier
 
     def inequality_matrix(self, p: int) -> Array:
-        """The unit matrix."""
+        """The unit matrix (p, p): t is at least the largest eigenvalue of K where I <= t M."""
         return np.eye(p)
 
     @property
     def log_floor(self) -> float:
-        """None: a variance can be as small as it will."""
+        """No floor, minus infinity: a variance can be as small as it will."""
         return -np.inf
 
     def start(self, parameters: tuple[Parameter, ...], stack: tuple[int, ...]) -> Array:

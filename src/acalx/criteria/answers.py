@@ -26,32 +26,46 @@ def loss_of(criterion: Criterion, information: Information) -> Array:
     PluginError
         Where the criterion raises, or returns something other than one number a program.
     """
-    if not information.singular.any():
-        return _answer(criterion.loss, information, information.singular.shape)
-    regular = ~information.singular
-    losses = np.full(regular.shape, np.inf)
-    if regular.any():
-        rest = information.select(regular)
-        losses[regular] = _answer(criterion.loss, rest, rest.singular.shape)
-    return losses
+    return _of_regular(f"{type(criterion).__name__}.loss", criterion.loss, information, (), np.inf)
 
 
 def gradient_of(criterion: Criterion, information: Information) -> Array:
-    """Gradient with respect to the information matrix, (..., p, p), zero where singular; PluginError as `loss_of`."""
+    """Gradient with respect to the information matrix, (..., p, p), zero where singular.
+
+    Raises
+    ------
+    PluginError
+        Where the criterion raises, or returns something other than one matrix a program.
+    """
+    p = len(information.parameters)
+    return _of_regular(f"{type(criterion).__name__}.gradient", criterion.gradient, information, (p, p), 0.0)
+
+
+def _of_regular(
+    name: str,
+    method: Callable[[Information], Array],
+    information: Information,
+    each: tuple[int, ...],
+    otherwise: float,
+) -> Array:
+    """What a method says of regular information, arrays of the shape `each`, and another number where singular."""
     regular = ~information.singular
     if regular.all():
-        return _answer(criterion.gradient, information, information.matrix.shape)
-    gradients = np.zeros(information.matrix.shape)
+        return _answer(name, method, information, (*regular.shape, *each))
+    answers = np.full((*regular.shape, *each), otherwise)
     if regular.any():
         rest = information.select(regular)
-        gradients[regular] = _answer(criterion.gradient, rest, rest.matrix.shape)
-    return gradients
+        answers[regular] = _answer(name, method, rest, (*rest.singular.shape, *each))
+    return answers
 
 
-def _answer(method: Callable[[Information], Array], information: Information, shape: tuple[int, ...]) -> Array:
-    """Loss or gradient of regular information, of the shape that it must have."""
-    owner = type(getattr(method, "__self__", method)).__name__
-    name, p = f"{owner}.{getattr(method, '__name__', 'call')}", len(information.parameters)
+def _answer(
+    name: str,
+    method: Callable[[Information], Array],
+    information: Information,
+    shape: tuple[int, ...],
+) -> Array:
+    """What a method says of regular information, if it is numbers of this shape."""
     try:
         given = method(information)
     except AcalxError:
@@ -67,8 +81,7 @@ def _answer(method: Callable[[Information], Array], information: Information, sh
         raise PluginError(f"{name} returned {given!r}; expected numbers of shape {shape}") from error
     if values.shape != shape:
         raise PluginError(
-            f"{name} returned shape {values.shape} for matrices of shape "
-            f"{(*information.singular.shape, p, p)}; expected {shape}"
+            f"{name} returned shape {values.shape} for matrices of shape {information.matrix.shape}; expected {shape}"
         )
     if np.isnan(values).any():
         raise PluginError(f"{name} returned nan for an information matrix that is not singular")

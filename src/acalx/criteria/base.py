@@ -6,11 +6,11 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import final
+from typing import Any, ClassVar, final
 
 import numpy as np
 
-from acalx.errors import ArgumentError
+from acalx.errors import ArgumentError, PluginError
 from acalx.numerics.arrays import Array
 from acalx.quantities.information import Information
 from acalx.quantities.parameter import Parameter
@@ -23,8 +23,24 @@ class Criterion(ABC):
 
     A new criterion gives `loss`; its gradient is then numerical until it is given exactly, and
     every optimizer takes it at once. Concrete criteria are frozen dataclasses. Criteria
-    multiply and take powers: ``D() * Inequality("bias") ** 0.1``.
+    multiply and take powers: ``D() * Inequality("bias") ** 0.1``. One by which programs can be
+    bounded derives from `acalx.criteria.Concave` and gives its degree.
+
+    Raises
+    ------
+    PluginError
+        As soon as a class is defined that has a `degree` and is not `Concave`: it would be without the bound
+        that its author had in mind.
     """
+
+    _bounds: ClassVar[bool] = False  # whether a class is Concave, which is built on this one
+
+    def __init_subclass__(cls, **options: Any) -> None:
+        super().__init_subclass__(**options)
+        if hasattr(cls, "degree") and not cls._bounds:
+            raise PluginError(
+                f"{cls.__name__} has a degree, by which programs are bounded: derive it from acalx.criteria.Concave"
+            )
 
     @abstractmethod
     def loss(self, information: Information) -> Array:
@@ -69,7 +85,7 @@ class Criterion(ABC):
 
     @property
     def label(self) -> str:
-        """Its name in messages."""
+        """What messages and tables call the criterion; the name of its class."""
         return type(self).__name__
 
     def check(self, parameters: tuple[Parameter, ...]) -> None:  # noqa: B027 - most fit every model
@@ -129,7 +145,7 @@ class Ceiling(Criterion):
         """
 
     def terms(self) -> Terms:
-        """One ceiling, nothing smooth."""
+        """The loss as this one ceiling, without a smooth part."""
         return Terms(ceilings=((1.0, self),))
 
 
@@ -187,25 +203,25 @@ class Product(Criterion):
 
     @property
     def factors(self) -> list[tuple[float, Criterion]]:
-        """Exponents and criteria."""
+        """The criteria that are multiplied, each behind its exponent."""
         assert self.exponents is not None  # set at construction
         return list(zip(self.exponents, self.criteria, strict=True))
 
     def check(self, parameters: tuple[Parameter, ...]) -> None:
-        """Each factor's own check."""
+        """Raise ArgumentError where any of the factors does not fit the model."""
         for criterion in self.criteria:
             criterion.check(parameters)
 
     def loss(self, information: Information) -> Array:
-        """Weighted sum of the losses."""
+        """Sum of the losses of the factors times their exponents, (...)."""
         return np.asarray(sum(exponent * criterion.loss(information) for exponent, criterion in self.factors))
 
     def gradient(self, information: Information) -> Array:
-        """Weighted sum of the gradients."""
+        """Sum of the gradients of the factors times their exponents, (..., p, p)."""
         return np.asarray(sum(exponent * criterion.gradient(information) for exponent, criterion in self.factors))
 
     def terms(self) -> Terms:
-        """The terms of all the factors."""
+        """The terms of all the factors, each weight times the factor's exponent."""
         smooth: list[tuple[float, Criterion]] = []
         ceilings = []
         for exponent, criterion in self.factors:

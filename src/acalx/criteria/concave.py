@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from dataclasses import dataclass
-from typing import Any, final
+from typing import Any, ClassVar, final
 
 import numpy as np
 
@@ -25,6 +25,8 @@ class Concave(Criterion):
 
     Source: Pukelsheim, Optimal Design of Experiments (1993), chapter 5.
     """
+
+    _bounds: ClassVar[bool] = True
 
     @abstractmethod
     def degree(self, p: int) -> float:
@@ -51,7 +53,7 @@ class Concave(Criterion):
         return np.asarray(0.5 * (curvature + curvature.T))
 
     def support(self, information: Information, multiplier: Array | None) -> Array:
-        """S with which h S h' bounds all programs (see `acalx.bounds.certificate`), scaled as it comes.
+        """S with which h S h' bounds all programs (see `acalx.bounds.bound`), scaled as it comes.
 
         The default is minus the gradient at the optimum.
 
@@ -129,6 +131,8 @@ def concave_of(criterion: Criterion) -> Concave | None:
 @final
 @dataclass(frozen=True)
 class _ConcaveProduct(Concave):
+    """A product all of whose factors are concave: degrees and second derivatives add up as the losses do."""
+
     product: Product
     factors: tuple[tuple[float, Concave], ...]
 

@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import final
 
 import numpy as np
 
-from acalx.criteria.base import Ceiling
-from acalx.errors import ArgumentError
+from acalx.criteria.base import Ceiling, Criterion, Product
+from acalx.errors import ArgumentError, Option
 from acalx.numerics.arrays import Array
 from acalx.quantities.information import Information
 from acalx.quantities.parameter import Parameter
 
-__all__ = ["Inequality"]
+__all__ = ["Inequality", "fair"]
 
 
 @final
@@ -53,16 +54,19 @@ class Inequality(Ceiling):
 
     @property
     def label(self) -> str:
-        """With the name of the group."""
+        """``Inequality`` and the name of the group."""
         return f"Inequality {self.group}"
 
     def check(self, parameters: tuple[Parameter, ...]) -> None:
-        """ArgumentError where the model has no such group."""
+        """Raise ArgumentError where the model has no such group."""
         groups = list(dict.fromkeys(parameter.group for parameter in parameters))
         if self.group not in groups:
             raise ArgumentError(
-                f"Inequality: the model has no parameter group {self.group!r}; its groups are {', '.join(groups)}; "
-                "name those, or choose a criterion without groups, such as criterion=d"
+                "Inequality: the model has no parameter group {group!r}; its groups are {groups}; "
+                "name those, or choose a criterion without groups, such as {other}",
+                group=self.group,
+                groups=", ".join(groups),
+                other=Option("criterion", "d", "D()"),
             )
 
     def loss(self, information: Information) -> Array:
@@ -84,7 +88,7 @@ class Inequality(Ceiling):
 
     @property
     def log_floor(self) -> float:
-        """Logarithm of the floor."""
+        """Logarithm of the floor, below which inequalities don't count."""
         return math.log(self.floor)
 
     def start(self, parameters: tuple[Parameter, ...], stack: tuple[int, ...]) -> Array:
@@ -108,6 +112,22 @@ class Inequality(Ceiling):
         weights = by_log / information.variances[..., indices]
         gradient = -(columns * weights[..., None, :]) @ columns.swapaxes(-1, -2)
         return value, gradient, slope, following
+
+
+def fair(
+    criterion: Criterion, groups: Sequence[str] = ("bias", "scale", "nonorthogonality"), exponent: float = 0.1
+) -> Product:
+    """The fair compromise: a criterion times the inequality of each group to a power.
+
+    Source: Egorov, Kiryachenko, Popov (2021).
+
+    Examples
+    --------
+    >>> from acalx.criteria import D
+    >>> fair(D()).label
+    'Product'
+    """
+    return Product([criterion, *map(Inequality, groups)], [1.0, *[exponent] * len(groups)])
 
 
 def _share(covariance: Array, index: np.ndarray) -> Array:

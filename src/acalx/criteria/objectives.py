@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import final
 
 from acalx.criteria.base import Criterion
-from acalx.errors import ArgumentError
+from acalx.errors import ArgumentError, Option
 from acalx.quantities.parameter import Parameter
 
 __all__ = ["Objectives"]
@@ -47,7 +47,10 @@ class Objectives:
             raise ArgumentError(f"names={list(names)}: {len(criteria)} objectives take as many names")
         if len(criteria) < 2:
             raise ArgumentError(
-                f"objectives=[{','.join(names)}]: give two or more, as in objectives=[d,a]; for one use criterion=NAME"
+                "{given}: give two or more, as in {two}; for one use {single}",
+                given=Option("objectives", list(names)),
+                two=Option("objectives", ["d", "a"], "[D(), A()]"),
+                single=Option("criterion", "NAME", "D()"),
             )
         for k, (name, criterion) in enumerate(zip(names, criteria, strict=True)):
             if name in names[:k] or criterion in criteria[:k]:
@@ -58,16 +61,16 @@ class Objectives:
 
     @property
     def labels(self) -> tuple[str, ...]:
-        """What the objectives are called."""
+        """What the objectives are called in tables and files, in their order."""
         assert self.names is not None  # set at construction
         return tuple(self.names)
 
     @property
     def label(self) -> str:
-        """All the names."""
+        """All the names in one line."""
         return ", ".join(self.labels)
 
     def check(self, parameters: tuple[Parameter, ...]) -> None:
-        """Each criterion's own check."""
+        """Raise ArgumentError where any of the criteria does not fit the model."""
         for criterion in self.criteria:
             criterion.check(parameters)

@@ -11,13 +11,12 @@ import numpy as np
 
 from acalx.criteria.base import Ceiling
 from acalx.criteria.concave import Concave
-from acalx.errors import ArgumentError
+from acalx.errors import ArgumentError, Option
 from acalx.numerics.arrays import Array
 from acalx.quantities.information import Information
 from acalx.quantities.parameter import Parameter, parameter_groups
 
 __all__ = ["Target"]
-
 
 # Power of the norm that stands for the maximum in bounds: as large as Newton's method takes it.
 _POWER = 300.0
@@ -55,8 +54,9 @@ class Target(Ceiling, Concave):
         given = self.standard_errors
         if not isinstance(given, Mapping) or not given:
             raise ArgumentError(
-                f"target={given}: give the largest standard error of each group, "
-                "as in 'target={bias: 0.5, scale: 0.8}'"
+                "target={given}: give the largest standard error of each group, as in '{example}'",
+                given=given,
+                example=Option("target", "{bias: 0.5, scale: 0.8}", "{'bias': 0.5, 'scale': 0.8}"),
             )
         for group, value in given.items():
             if not isinstance(value, (int, float)) or isinstance(value, bool) or not 0.0 < value < math.inf:
@@ -64,12 +64,12 @@ class Target(Ceiling, Concave):
 
     @property
     def wanted(self) -> Mapping[str, float]:
-        """The standard errors by group."""
+        """The standard errors that are wanted, by group."""
         assert self.standard_errors is not None  # refused at construction
         return self.standard_errors
 
     def check(self, parameters: tuple[Parameter, ...]) -> None:
-        """ArgumentError where the model has no such group."""
+        """Raise ArgumentError where the model has no such group."""
         groups = parameter_groups(parameters)
         for group in self.wanted:
             if group not in groups:
@@ -78,11 +78,11 @@ class Target(Ceiling, Concave):
                 )
 
     def degree(self, p: int) -> float:
-        """One."""
+        """1: variances fall as the information grows."""
         return 1.0
 
     def loss(self, information: Information) -> Array:
-        """Logarithm of t."""
+        """Logarithm of t, (...): negative where every standard error is smaller than wanted."""
         return np.asarray(self._logs(information).max(axis=-1))
 
     def gradient(self, information: Information) -> Array:
@@ -117,7 +117,7 @@ class Target(Ceiling, Concave):
 
     @property
     def log_floor(self) -> float:
-        """None: a variance can be as small as it will."""
+        """No floor, minus infinity: a variance can be as small as it will."""
         return -np.inf
 
     def start(self, parameters: tuple[Parameter, ...], stack: tuple[int, ...]) -> Array:
@@ -158,7 +158,7 @@ class _Norm(Concave):
     target: Target
 
     def degree(self, p: int) -> float:
-        """One."""
+        """1: variances fall as the information grows."""
         return 1.0
 
     def loss(self, information: Information) -> Array:

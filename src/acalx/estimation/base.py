@@ -165,17 +165,14 @@ class Estimator(ABC):
 
         Raises
         ------
-        CompatibilityError
-            A residual that the model does not have.
+        ArgumentError, CompatibilityError
+            A robust loss with too few positions; a residual that the model does not have.
         """
         self.residual.check(model)
         *stack, n, width = measurement.shape
         p = len(model.parameters)
         count = n * model.outputs
-        if self.loss.robust and noise is None and count <= p:
-            raise ArgumentError(
-                f"a robust loss needs more positions than the {p} parameters to tell which are far out; got {count}"
-            )
+        self._check_count(count, p, noise)
         flat = measurement.reshape(-1, n, width)
         starts = np.broadcast_to(0.0 if start is None else start, (*stack, p)).reshape(-1, p)
         felt = {} if stimulus is None else {name: _members(array, 2, stack) for name, array in stimulus.quantities()}
@@ -195,17 +192,16 @@ class Estimator(ABC):
                 iterations = max(iterations, steps)
         shared = rows.ndim == 2
         x, left, rows, converged = (np.concatenate(arrays) for arrays in zip(*parts, strict=True))
-        shape = tuple(stack)
-        return Estimate(
-            model,
-            x.reshape((*shape, p)),
-            left.reshape((*shape, count)),
-            rows[0] if shared else rows.reshape((*shape, count, p)),
-            noise,
-            self.loss,
-            converged.reshape(shape),
-            iterations,
-        )
+        x, left, converged = x.reshape((*stack, p)), left.reshape((*stack, count)), converged.reshape(stack)
+        rows = rows[0] if shared else rows.reshape((*stack, count, p))
+        return Estimate(model, x, left, rows, noise, self.loss, converged, iterations)
+
+    def _check_count(self, count: int, p: int, noise: Array | None) -> None:
+        """Refuse a robust loss that as few residuals as parameters leave nothing to judge by."""
+        if self.loss.robust and noise is None and count <= p:
+            raise ArgumentError(
+                f"a robust loss needs more positions than the {p} parameters to tell which are far out; got {count}"
+            )
 
 
 def _descend(

@@ -55,11 +55,11 @@ class Blocks:
         return len(self.mean)
 
     def part(self, part: slice) -> Blocks:
-        """Some of them."""
+        """The blocks of a slice, such as those that a window is centered on."""
         return Blocks(self.start_s[part], self.end_s[part], self.mean[part], self.squares[part])
 
     def followed_by(self, other: Blocks) -> Blocks:
-        """These, then others."""
+        """These blocks with later ones of the same recording behind them."""
         pairs = ((getattr(self, name), getattr(other, name)) for name in ("start_s", "end_s", "mean", "squares"))
         return Blocks(*(np.concatenate(pair) for pair in pairs))
 
@@ -86,7 +86,7 @@ class Run:
         self.begun = False
 
     def extend(self, blocks: Blocks) -> None:
-        """Go on with more blocks."""
+        """Add the sums of blocks that come next and are quiet too."""
         if not self.begun:
             self.begun = True
             blocks = blocks.part(slice(1, None))

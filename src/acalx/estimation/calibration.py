@@ -130,6 +130,18 @@ class Calibration:
         value, freedom = float((self.estimate.scaled**2).sum()), self.estimate.freedom
         return {"value": value, "freedom": freedom, "probability": float(chdtrc(freedom, value))}
 
+    def summary(self) -> str:
+        """One line on the noise in mg, whether it was known, and the test of fit."""
+        freedom, test = self.estimate.freedom, self.chi_square
+        text = f"{self.readings.n} positions, noise {1e3 * self.noise:.4g} mg"
+        if test is not None:
+            return (
+                f"{text} (known); chi-square {test['value']:.4g} for {freedom}, probability {test['probability']:.3g}"
+            )
+        if self.estimate.noise is not None:
+            return f"{text} (known)"
+        return f"{text} (estimated, {freedom} degrees of freedom)" if freedom else f"{self.readings.n} positions"
+
     def remarks(self) -> list[str]:
         """What somebody who relies on the calibration should know."""
         found = []
@@ -163,7 +175,7 @@ class Calibration:
         return 1.0 if self.estimate.noise is None else self.noise
 
     def entries(self) -> dict[str, Any]:
-        """As it is written to calibration.json."""
+        """Correction, parameters with standard errors and intervals, and tests of fit, for calibration.json."""
         estimate = self.estimate
         half = self.half_widths
         parameters = {

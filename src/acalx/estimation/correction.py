@@ -34,11 +34,14 @@ class Correction:
     unit: str
 
     def apply(self, readings: Array) -> Array:
-        """Corrected readings in g, (..., 3)."""
+        """Specific force in g, array (..., 3), from readings (..., 3) in the unit of the sensor.
+
+        Any number of them at a time: a file larger than memory is corrected block by block.
+        """
         return np.asarray((readings - self.offset) @ self.matrix.T)
 
     def entries(self) -> dict[str, Any]:
-        """As it is written to a file."""
+        """Formula, matrix, offset and unit, as `read_correction` takes them from a file."""
         return {
             "formula": "specific force in g = matrix (reading - offset)",
             "matrix": self.matrix.tolist(),

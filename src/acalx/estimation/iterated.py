@@ -42,7 +42,7 @@ class Iterated(Estimator):
         self.check_options()
 
     def linearization(self, model: Model, measurement: Array, stimulus: Stimulus | None) -> Linearize:
-        """The residual at the parameters."""
+        """The residual itself, and its derivatives, at whatever the parameters are."""
 
         def linearize(parameters: Array) -> tuple[Array, Array]:
             return self.residual.at(model, parameters, measurement, stimulus)

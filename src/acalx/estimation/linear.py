@@ -46,7 +46,7 @@ class Linear(Estimator):
         self.check_options()
 
     def linearization(self, model: Model, measurement: Array, stimulus: Stimulus | None) -> Linearize:
-        """J - h X."""
+        """J - h X with rows h that stay those of errors that are zero."""
         residual, rows = self.residual.linearized(model, measurement, stimulus)
 
         def linearize(parameters: Array) -> tuple[Array, Array]:

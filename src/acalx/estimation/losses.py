@@ -57,21 +57,21 @@ class Squares(Loss):
     """Least squares: the best where the noise is normal, and misled by a single gross error."""
 
     def weight(self, u: Array) -> Array:
-        """One."""
+        """1 for every residual: all count alike."""
         return np.ones_like(u)
 
     def slope(self, u: Array) -> Array:
-        """One."""
+        """1 everywhere, as psi(u) = u."""
         return np.ones_like(u)
 
     @property
     def robust(self) -> bool:
-        """No."""
+        """False: the scale is the root mean square."""
         return False
 
     @property
     def variance_factor(self) -> float:
-        """One."""
+        """1: nothing is lost against itself."""
         return 1.0
 
 
@@ -92,11 +92,11 @@ class Huber(Loss):
         _check(self.tuning)
 
     def weight(self, u: Array) -> Array:
-        """min(1, tuning / |u|)."""
+        """min(1, tuning / |u|): full inside, and outside so that the influence stays the same."""
         return np.asarray(self.tuning / np.maximum(np.abs(u), self.tuning))
 
     def slope(self, u: Array) -> Array:
-        """One inside, zero outside."""
+        """1 within `tuning` and 0 beyond, where a larger residual pulls no harder."""
         return np.asarray(np.abs(u) <= self.tuning, dtype=float)
 
 
@@ -117,18 +117,18 @@ class Bisquare(Loss):
         _check(self.tuning)
 
     def weight(self, u: Array) -> Array:
-        """(1 - (u / tuning)^2)^2, zero beyond."""
+        """(1 - (u / tuning)^2)^2 within `tuning`, and 0 beyond: such residuals don't count."""
         inside = np.maximum(0.0, 1.0 - (u / self.tuning) ** 2)
         return np.asarray(inside * inside)
 
     def slope(self, u: Array) -> Array:
-        """(1 - v) (1 - 5 v) with v = (u / tuning)^2, zero beyond."""
+        """(1 - v) (1 - 5 v) with v = (u / tuning)^2, and 0 beyond; negative where the influence falls again."""
         v = np.minimum(1.0, (u / self.tuning) ** 2)
         return np.asarray((1.0 - v) * (1.0 - 5.0 * v))
 
     @property
     def first(self) -> Loss:
-        """Huber's, since this one has several minima."""
+        """Huber's, which has a single minimum; from there the nearest one of this loss is the right one."""
         return Huber()
 
 

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 
-from acalx.errors import ArgumentError, DataError, SingularError
+from acalx.errors import ArgumentError, DataError, Option, SingularError
 from acalx.estimation.base import Estimate, Estimator
 from acalx.estimation.calibration import CONFIDENCE, Calibration
+from acalx.estimation.iterated import Iterated
 from acalx.estimation.readings import Readings
 from acalx.estimation.sphere import starting_point
 from acalx.estimation.units import Unit
 from acalx.models import ScalarAccel
 from acalx.numerics.arrays import Array
+from acalx.options import require_confidence
 from acalx.quantities.information import Information
 from acalx.quantities.parameter import parameter_groups
 
@@ -19,14 +21,14 @@ __all__ = ["calibrate", "noise_of"]
 
 # Measured positions are never quite those of a program: coefficients as small as their errors say nothing.
 _SHOWN_COEFFICIENT = 0.05
-_PER_G_UNKNOWN = "the scale is not known (per_g=null), so it has to be among the parameters that are estimated"
+_MODEL, _ESTIMATOR, _UNIT = ScalarAccel(), Iterated(), Unit()
 
 
 def calibrate(
-    readings: Readings,
-    model: ScalarAccel,
-    estimator: Estimator,
-    unit: Unit,
+    readings: Readings | Array,
+    model: ScalarAccel = _MODEL,
+    estimator: Estimator = _ESTIMATOR,
+    unit: Unit = _UNIT,
     noise: float | str | None = None,
     confidence: float = CONFIDENCE,
 ) -> Calibration:
@@ -34,8 +36,10 @@ def calibrate(
 
     Parameters
     ----------
-    readings : Readings
+    readings : Readings, or array (n, 3) of their means
+        In the sensor's unit.
     model : ScalarAccel
+        Its groups of parameters are those that are estimated.
     estimator : Estimator
     unit : Unit
         Of the readings. Where it says how many are 1 g, a mean magnitude far from that is refused.
@@ -54,10 +58,15 @@ def calibrate(
     ArgumentError
         Options that can't.
     """
-    if not (isinstance(confidence, float) and 0.5 <= confidence < 1.0):
-        raise ArgumentError(f"confidence={confidence}: give a probability from 0.5 to less than 1, such as 0.95")
+    require_confidence(confidence)
     if unit.per_g is None and "scale" not in model.groups:
-        raise ArgumentError(f"{_PER_G_UNKNOWN}: give groups=[...,scale] or per_g=NUMBER")
+        raise ArgumentError(
+            "the scale is not known ({unknown}), so it has to be among the parameters that are estimated: "
+            "give {groups} or per_g=NUMBER",
+            unknown=Option("per_g", None),
+            groups=Option("groups", ["...", "scale"], '(..., "scale")'),
+        )
+    readings = Readings.of(readings)
     estimator.residual.check(model)
     _check_positions(readings)
     if estimator.residual.needs_directions and readings.directions is None:
@@ -83,8 +92,9 @@ def noise_of(readings: Readings, noise: float | str | None, per_g: float, direct
     if noise == "columns":
         if readings.deviations is None or readings.counts is None:
             raise DataError(
-                f"{readings.name}: noise=columns needs standard deviations in columns sx, sy, sz "
-                "and numbers of samples in a column n"
+                "{name}: {asked} needs standard deviations in columns sx, sy, sz and numbers of samples in a column n",
+                name=readings.name,
+                asked=Option("noise", noise),
             )
         variances = (directions**2 * readings.deviations**2).sum(axis=-1) / readings.counts
         if not (variances > 0).all():
@@ -93,8 +103,11 @@ def noise_of(readings: Readings, noise: float | str | None, per_g: float, direct
         return np.asarray(np.sqrt(variances) / per_g)
     if isinstance(noise, bool) or not isinstance(noise, (int, float)) or not 0.0 < noise < 1.0:
         raise ArgumentError(
-            f"noise={noise}: give the standard deviation of a position's mean in g, such as 1e-4, "
-            "columns to take it from the file, or null to estimate it"
+            "{given}: give the standard deviation of a position's mean in g, such as 1e-4, "
+            "{columns} to take it from the file, or {unknown} to estimate it",
+            given=Option("noise", noise),
+            columns=Option("noise", "columns"),
+            unknown=Option("noise", None),
         )
     return np.full(readings.n, float(noise))
 
@@ -149,13 +162,20 @@ def _question_magnitude(readings: Readings, unit: Unit) -> None:
     mean = float(lengths.mean())
     if 0.7 < mean / per_g < 1.4:
         return
-    guess = (
-        "m/s^2 (unit=m_s2)" if 7.0 < mean < 13.0 else "g (unit=g)" if 0.7 < mean < 1.4 else f"counts, {mean:.4g} a g"
-    )
+    meters, g = Option("unit", "m_s2", 'Unit("m/s^2", 9.80665)'), Option("unit", "g", "Unit()")
+    guess = "m/s^2 ({meters})" if 7.0 < mean < 13.0 else "g ({g})" if 0.7 < mean < 1.4 else "counts, {mean:.4g} a g"
     raise DataError(
-        f"{readings.name}: the mean magnitude is {mean:.5g}, but 1 g should read {per_g:.6g} {unit.name}; "
+        "{name}: the mean magnitude is {mean:.5g}, but 1 g should read {per_g:.6g} {unit}; "
         f"is the unit right? This looks like {guess}. Nothing is scaled silently: give the right unit, "
-        "or unit=counts unit.per_g=null to have the scale found"
+        "or {counts} {unknown} to have the scale found",
+        name=readings.name,
+        mean=mean,
+        per_g=per_g,
+        unit=unit.name,
+        meters=meters,
+        g=g,
+        counts=Option("unit", "counts", 'Unit("counts", None),'),
+        unknown=Option("unit.per_g", None),
     )
 
 
@@ -165,8 +185,12 @@ def _check_shown(readings: Readings, model: ScalarAccel, estimator: Estimator, s
     unseen = Information.from_regressors(rows[:, None, :], model.parameters).inestimable(_SHOWN_COEFFICIENT)
     if unseen:
         raise SingularError(
-            f"{readings.name}: {readings.n} positions can't estimate all the {len(model.parameters)} parameters; "
-            f"they can't see: {'; '.join(unseen)}. Visit more positions, or estimate fewer groups, "
-            "as in model.groups=[bias,scale]",
+            "{name}: {n} positions can't estimate all the {count} parameters; they can't see: {unseen}. "
+            "Visit more positions, or estimate fewer groups, as in {fewer}",
             unseen,
+            name=readings.name,
+            n=readings.n,
+            count=len(model.parameters),
+            unseen="; ".join(unseen),
+            fewer=Option("model.groups", ["bias", "scale"], '("bias", "scale")'),
         )

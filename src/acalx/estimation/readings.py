@@ -10,7 +10,7 @@ from typing import final
 
 import numpy as np
 
-from acalx.errors import DataError
+from acalx.errors import DataError, Option
 from acalx.files import CsvFile, closest, did_you_mean, is_number
 from acalx.numerics.arrays import Array
 from acalx.quantities.stimulus import Stimulus
@@ -58,15 +58,23 @@ class Readings:
     labels: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        n = len(self.means)
-        if self.means.shape != (n, 3) or n == 0:
+        for what in ("means", "deviations", "counts", "directions"):
+            if (given := getattr(self, what)) is not None:
+                object.__setattr__(self, what, _own(self.name, what, given))
+        if self.means.ndim != 2 or self.means.shape[1] != 3 or len(self.means) == 0:
             raise DataError(f"{self.name}: means of shape {self.means.shape}, expected (n, 3)")
+        n = len(self.means)
         for what, shape in (("means", (n, 3)), ("deviations", (n, 3)), ("counts", (n,)), ("directions", (n, 3))):
             array = getattr(self, what)
             if array is not None and (array.shape != shape or not np.isfinite(array).all()):
                 raise DataError(f"{self.name}: {what} must be finite numbers of shape {shape}, got {array.shape}")
         if not self.labels:
             object.__setattr__(self, "labels", tuple(str(k + 1) for k in range(n)))
+
+    @classmethod
+    def of(cls, given: Readings | Array, name: str = "readings") -> Readings:
+        """Readings as they are, or from an array (n, 3) of means that gets a name for messages."""
+        return given if isinstance(given, Readings) else cls(name, given)
 
     @property
     def n(self) -> int:
@@ -79,7 +87,7 @@ class Readings:
         return None if self.directions is None else Stimulus(specific_force=self.directions)
 
     def select(self, positions: Sequence[int] | np.ndarray) -> Readings:
-        """Some of the positions, by index."""
+        """The positions of these indices, with all that is known of them."""
         chosen = np.asarray(positions)
         deviations, counts, directions = (
             None if array is None else array[chosen] for array in (self.deviations, self.counts, self.directions)
@@ -138,8 +146,11 @@ def read_groups(
             continue
         if count > _MOST_POSITIONS:
             raise DataError(
-                f"{path}: more than {_MOST_POSITIONS:,} rows; for a raw recording with samples one a row "
-                "give static=variance, which finds the static positions"
+                "{path}: more than {most:,} rows; for a raw recording with samples one a row "
+                "give {static}, which finds the static positions",
+                path=path,
+                most=_MOST_POSITIONS,
+                static=Option("static", "variance", "StaticIntervals()"),
             )
         file.check_width(row, fields, header)
         if all(_same(fields[header.index(name)], value) for name, value in where.items()):
@@ -161,8 +172,13 @@ def find_columns(file: CsvFile, header: list[str], names: Sequence[str]) -> list
     for name in names:
         if name not in header:
             raise DataError(
-                f"{file.path}: no column {name!r}{did_you_mean(closest(name, header))}; there are "
-                f"{', '.join(header)[:300]}; columns=[NAME,NAME,NAME] says which are read instead of ax, ay, az"
+                "{path}: no column {name!r}{hint}; there are {names}; {columns} says which are read "
+                "instead of ax, ay, az",
+                path=file.path,
+                name=name,
+                hint=did_you_mean(closest(name, header)),
+                names=", ".join(header)[:300],
+                columns=Option("columns", ["NAME"] * 3, "(NAME, NAME, NAME)"),
             )
     return [header.index(name) for name in names]
 
@@ -221,6 +237,14 @@ class _Reader:
         if force is None:
             raise DataError(f"{self.file.path}: stand {type(self.stand).__name__} does not provide the vertical")
         return force
+
+
+def _own(name: str, what: str, given: object) -> Array:
+    """A copy of what was given, as numbers."""
+    try:
+        return np.array(given, dtype=float)
+    except (TypeError, ValueError) as error:
+        raise DataError(f"{name}: {what} must be numbers; {error}") from error
 
 
 def _same(text: str, value: object) -> bool:

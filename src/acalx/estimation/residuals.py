@@ -8,7 +8,7 @@ from typing import final
 
 import numpy as np
 
-from acalx.errors import CompatibilityError, DataError
+from acalx.errors import CompatibilityError, DataError, Option
 from acalx.models import Model, ScalarAccel
 from acalx.numerics.arrays import Array
 from acalx.quantities.stimulus import Stimulus
@@ -58,23 +58,23 @@ class Magnitude(Residual):
     """J = |W| / |g| - 1. The orientation need not be known; the linear model uses it where it is."""
 
     def check(self, model: Model) -> None:
-        """Of `ScalarAccel` only."""
+        """Refuse a model other than `ScalarAccel`: only a triad in gravity has a magnitude to compare."""
         _scalar(model)
 
     @property
     def needs_directions(self) -> bool:
-        """No."""
+        """False: |W| is the same whichever way the sensor lies."""
         return False
 
     def linearized(self, model: Model, measurement: Array, stimulus: Stimulus | None) -> tuple[Array, Array]:
-        """Without the orientation rows are those of the direction that was read."""
+        """|W| - 1 and its rows; where the orientation is not known, the direction that was read is taken for it."""
         if stimulus is None:
             lengths = np.sqrt((measurement * measurement).sum(axis=-1, keepdims=True))
             stimulus = Stimulus(specific_force=measurement / lengths)
         return _scalar(model).residual_magnitude(measurement), model.regressors(stimulus)[..., 0, :]
 
     def at(self, model: Model, parameters: Array, measurement: Array, stimulus: Stimulus | None) -> tuple[Array, Array]:
-        """|inv(A) (W - bias)| - 1."""
+        """|inv(A) (W - bias)| - 1, array (..., n), and its derivatives by the parameters, (..., n, p)."""
         return _scalar(model).magnitude_at(parameters, measurement)
 
 
@@ -84,16 +84,16 @@ class Oriented(Residual):
     """J = W . eta / |g| - 1, which is linear in the errors: as good as the knowledge of eta, the vertical."""
 
     def check(self, model: Model) -> None:
-        """Of `ScalarAccel` only."""
+        """Refuse a model other than `ScalarAccel`, as W . eta is its specific force along the vertical."""
         _scalar(model)
 
     @property
     def needs_directions(self) -> bool:
-        """Yes."""
+        """True: eta is what the readings are projected on."""
         return True
 
     def linearized(self, model: Model, measurement: Array, stimulus: Stimulus | None) -> tuple[Array, Array]:
-        """Exact, whatever the errors are."""
+        """W . eta - 1 and its rows, which are exact whatever the errors are; DataError where eta is not known."""
         if stimulus is None:
             raise DataError(
                 "the residual W . eta needs the direction of the vertical in each position: "
@@ -102,7 +102,7 @@ class Oriented(Residual):
         return _scalar(model).residual_oriented(measurement, stimulus), model.regressors(stimulus)[..., 0, :]
 
     def at(self, model: Model, parameters: Array, measurement: Array, stimulus: Stimulus | None) -> tuple[Array, Array]:
-        """J - h X."""
+        """What the parameters leave of W . eta - 1, J - h X, and the same rows."""
         residual, rows = self.linearized(model, measurement, stimulus)
         return residual - np.einsum("...np,...p->...n", rows, parameters), rows
 
@@ -113,16 +113,17 @@ class Outputs(Residual):
     """The outputs themselves, of a model that is linear in its parameters; the attitude must be known."""
 
     def check(self, model: Model) -> None:
-        """Of every model whose measurement is its regressors times its parameters."""
+        """Refuse `ScalarAccel`; of other models the measurement is the regressors times the parameters."""
         if isinstance(model, ScalarAccel):
             raise CompatibilityError(
                 "the outputs of ScalarAccel are not linear in its parameters: "
-                "take the magnitude of gravity, as in estimator=iterated"
+                "take the magnitude of gravity, as in {instead}",
+                instead=Option("estimator", "iterated", "Iterated()"),
             )
 
     @property
     def needs_directions(self) -> bool:
-        """Yes."""
+        """True: what an output should be follows from the attitude."""
         return True
 
     def linearized(self, model: Model, measurement: Array, stimulus: Stimulus | None) -> tuple[Array, Array]:
@@ -134,7 +135,7 @@ class Outputs(Residual):
         return measurement.reshape((*measurement.shape[:-2], n * m)), rows.reshape((*stack, n * m, p))
 
     def at(self, model: Model, parameters: Array, measurement: Array, stimulus: Stimulus | None) -> tuple[Array, Array]:
-        """Outputs less rows times parameters."""
+        """Outputs less rows times parameters, (..., n m), and the rows."""
         residual, rows = self.linearized(model, measurement, stimulus)
         return residual - np.einsum("...np,...p->...n", rows, parameters), rows
 
@@ -143,7 +144,9 @@ def _scalar(model: Model) -> ScalarAccel:
     """The model, if it has a magnitude of gravity to compare."""
     if not isinstance(model, ScalarAccel):
         raise CompatibilityError(
-            f"model {type(model).__name__} has no magnitude of gravity to compare: its readings are outputs "
-            "that are linear in its parameters, for estimator=outputs"
+            "model {model} has no magnitude of gravity to compare: its readings are outputs "
+            "that are linear in its parameters, for {instead}",
+            model=type(model).__name__,
+            instead=Option("estimator", "outputs", "Linear(residual=Outputs())"),
         )
     return model

@@ -10,7 +10,7 @@ from typing import final
 
 import numpy as np
 
-from acalx.errors import ArgumentError, DataError
+from acalx.errors import ArgumentError, DataError, Option
 from acalx.estimation.blocks import Blocks, Interval, Run
 from acalx.estimation.readings import AXES, Readings, data_file, find_columns
 from acalx.files import CsvFile
@@ -135,7 +135,11 @@ class StaticIntervals:
         if self.rate_hz is not None:
             return float(self.rate_hz)
         if "t_s" not in header:
-            raise DataError(f"{file.path}: no column t_s with the time in seconds; give static.rate_hz=NUMBER instead")
+            raise DataError(
+                "{path}: no column t_s with the time in seconds; give {rate} instead",
+                path=file.path,
+                rate=Option("static.rate_hz", "NUMBER", "NUMBER"),
+            )
         _, times = next(file.blocks(("t_s",)), ([], np.empty((0, 1))))
         steps = np.diff(times[:, 0])
         if len(steps) < 10 or not np.median(steps) > 0:

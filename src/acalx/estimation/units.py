@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import final
 
-from acalx.errors import ArgumentError
+from acalx.errors import ArgumentError, Option
 
 __all__ = ["Unit"]
 
@@ -42,8 +42,11 @@ class Unit:
             raise ArgumentError(f"name={self.name!r}: a unit has a name, such as counts")
         if self.per_g is not None and not (_is_number(self.per_g) and self.per_g > 0):
             raise ArgumentError(
-                f"per_g={self.per_g}: give the number of {self.name} that are 1 g, such as 9.80665 or 4096, "
-                "or null where it is to be found from the readings"
+                "{given}: give the number of {unit} that are 1 g, such as 9.80665 or 4096, "
+                "or {unknown} where it is to be found from the readings",
+                given=Option("per_g", self.per_g),
+                unit=self.name,
+                unknown=Option("per_g", None),
             )
         if not _is_number(self.offset):
             raise ArgumentError(f"offset={self.offset}: give the reading of a perfect sensor at zero, such as 32768")

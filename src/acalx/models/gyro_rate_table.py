@@ -63,7 +63,7 @@ class _Axis(Polynomial):
 
     @property
     def kind(self) -> str:
-        """Gyros."""
+        """Gyros: the three axes are designed for together."""
         return "gyros"
 
     @property

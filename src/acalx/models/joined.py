@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise, starmap
 from typing import final
@@ -35,33 +35,37 @@ class Composite(Model):
 
     @cached_property
     def parameters(self) -> tuple[Parameter, ...]:
-        """Those of all the parts."""
-        return tuple(parameter for model in self.models for parameter in model.parameters)
+        """The parameters of all the parts, each part a sensor of its own, or several."""
+        return tuple(
+            replace(parameter, sensor=f"{number}.{parameter.sensor}" if parameter.sensor else f"{number}")
+            for number, model in enumerate(self.models)
+            for parameter in model.parameters
+        )
 
     @property
     def needs(self) -> tuple[str, ...]:
-        """What any of the parts needs."""
+        """Names of the quantities of the stimulus that any of the parts reads, each once."""
         return tuple(dict.fromkeys(name for model in self.models for name in model.needs))
 
     @property
     def outputs(self) -> int:
-        """Those of all the parts."""
+        """Number m of outputs in a position, those of all the parts together."""
         return sum(model.outputs for model in self.models)
 
     @property
     def degree(self) -> int | None:
-        """The largest of the parts."""
+        """Degree of the rows as polynomials in the stimulus, the largest of the parts; None if one of them has none."""
         degrees = [model.degree for model in self.models]
         return max((degree for degree in degrees if degree is not None), default=None) if None not in degrees else None
 
     @property
     def entries(self) -> int:
-        """Those of all the parts."""
+        """Number of entries of the rows of a position that are not zero in every position: the blocks of the parts."""
         return sum(model.entries for model in self.models)
 
     @property
     def smallest_n(self) -> int:
-        """What the most demanding of the parts needs."""
+        """The fewest positions that determine the parameters of every part: they are read in the same positions."""
         return max(model.smallest_n for model in self.models)
 
     def regressors(self, stimulus: Stimulus) -> Array:
@@ -90,12 +94,12 @@ class Composite(Model):
         return self._on_the_diagonal([model.information(stimulus) for model in self.models])
 
     def information_of(self, regressors: Array) -> Information:
-        """The same from rows (..., n, m, p)."""
+        """Block-diagonal information of programs whose rows (..., n, m, p) are there already."""
         parts = zip(self.models, self._blocks, strict=True)
         return self._on_the_diagonal([model.information_of(regressors[..., out, own]) for model, (out, own) in parts])
 
     def pull(self, stimulus: Stimulus, rows: Array) -> Stimulus:
-        """The sum of what the parts give."""
+        """From a gradient with respect to the rows, (..., n, m, p), to the stimulus, (..., n, 3), summed over parts."""
         total: dict[str, Array] = {}
         for model, (outputs, own) in zip(self.models, self._blocks, strict=True):
             for name, part in model.pull(stimulus, rows[..., outputs, own]).quantities():
@@ -145,5 +149,5 @@ class Joined(Composite):
 
     @property
     def models(self) -> tuple[Model, ...]:
-        """As they were given."""
+        """The joined models, one for each sensor, in the order in which their parameters come."""
         return tuple(self.parts)

@@ -46,17 +46,17 @@ class PlatformAccel(Polynomial):
 
     @property
     def kind(self) -> str:
-        """Accelerometers."""
+        """Accelerometers: schemes design for them together, apart from gyros."""
         return "accels"
 
     @property
     def noise(self) -> float:
-        """In g."""
+        """Standard deviation of a reading, in g."""
         return self.noise_g
 
     @cached_property
     def terms(self) -> tuple[Term, ...]:
-        """Bias, scale, misalignments."""
+        """Bias in g, relative scale error, and the misalignments towards the two other axes, in rad."""
         own = "xyz".index(self.axis)
         others = [(own + 1) % 3, (own + 2) % 3]
 

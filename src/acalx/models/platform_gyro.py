@@ -68,17 +68,17 @@ class PlatformGyro(Polynomial):
 
     @property
     def kind(self) -> str:
-        """Gyros."""
+        """Gyros: schemes design for them together, apart from accelerometers."""
         return "gyros"
 
     @property
     def noise(self) -> float:
-        """In deg/h."""
+        """Standard deviation of a reading, in deg/h."""
         return self.noise_deg_h
 
     @cached_property
     def terms(self) -> tuple[Term, ...]:
-        """Bias, first order, second order, misalignments."""
+        """Bias in deg/h, terms in g and g^2, and the misalignments by which the Earth's rate comes in."""
         first = "xyz".index(self.axis)
         axes = {letter: (first + k) % 3 for k, letter in enumerate("IOS")}
 

@@ -57,7 +57,7 @@ class Polynomial(Model):
 
     @cached_property
     def parameters(self) -> tuple[Parameter, ...]:
-        """Those of the terms."""
+        """The parameters that the terms have, in their order."""
         return tuple(term.parameter for term in self.terms)
 
     @cached_property
@@ -67,7 +67,7 @@ class Polynomial(Model):
 
     @property
     def degree(self) -> int:
-        """Of the term with most factors."""
+        """Degree of the rows in the stimulus: the number of factors of the longest product."""
         return max(len(term.factors) for term in self.terms)
 
     def regressors(self, stimulus: Stimulus) -> Array:

@@ -76,16 +76,16 @@ class ScalarAccel(Model):
 
     @property
     def needs(self) -> tuple[str, ...]:
-        """The specific force."""
+        """The specific force alone: the vertical in sensor axes, in g."""
         return ("specific_force",)
 
     @property
     def degree(self) -> int:
-        """Two."""
+        """Two: rows are linear for biases, quadratic in the vertical for scale and non-orthogonality."""
         return 2
 
     def regressors(self, stimulus: Stimulus) -> Array:
-        """Rows h, shape (..., n, 1, p)."""
+        """Rows h of the residual of the magnitude, (..., n, 1, p): the vertical, its squares and products."""
         force = _force(stimulus)
         rows = empty_as(force, (*force.shape[:-1], 9))
         x, y, z = (force[..., k] for k in range(3))

@@ -59,7 +59,7 @@ class _Axis(Polynomial):
 
     @property
     def kind(self) -> str:
-        """Accelerometers."""
+        """Accelerometers: the three axes are designed for together."""
         return "accels"
 
     @property

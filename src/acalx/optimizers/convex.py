@@ -9,23 +9,22 @@ import numpy as np
 
 from acalx.criteria import Concave, concave_of
 from acalx.errors import AcalxError, ArgumentError, CompatibilityError, Option
-from acalx.numerics.arrays import Array
 from acalx.optimizers.base import Optimizer
 from acalx.options import require_count, require_positive
 from acalx.problem import Problem
 from acalx.search.account import Account
-from acalx.search.agreement import distinct_solutions, judge
+from acalx.search.agreement import judge
+from acalx.search.ending import result_of
 from acalx.search.result import ApproximateDesign, Result
+from acalx.search.roundings import roundings
 from acalx.search.settle import settle
 from acalx.weights import (
     Candidates,
     Positions,
     Weights,
     alike,
-    efficient_rounding,
     newton_fits,
     optimal_weights,
-    random_roundings,
 )
 from acalx.weights.conic import Conic, SolverError, choose_solvers, installed_solvers
 
@@ -33,10 +32,6 @@ __all__ = ["Convex"]
 
 # cvxpy's solvers stop near a relative gap of 1e-5; its rounds end above that, Newton's method goes on.
 _CONIC_GAP = 1e-4
-# So many random roundings are looked at for each one that is polished.
-_DRAWS = 8
-# and its angles are moved by so much, in rad, as a standard deviation.
-_SHAKE = 0.1
 
 
 @final
@@ -90,14 +85,23 @@ class Convex(Optimizer[Result]):
         if self.kind not in ("structured", "random"):
             raise ArgumentError(f"kind={self.kind}: must be structured or random")
         if not isinstance(self.solver, str | None):
-            raise ArgumentError(f"solver={self.solver}: must be the name of a solver, such as CLARABEL, or null")
+            raise ArgumentError(
+                "solver={given}: must be the name of a solver, such as CLARABEL, or {none}",
+                given=self.solver,
+                none=Option("solver", None),
+            )
 
     def check(self, problem: Problem) -> None:
         """Refuses criteria without a convex form, and a named solver that is not installed."""
         _concave(problem)
         if self.solver is not None and self.solver not in (installed := installed_solvers()):
             have = f"installed are {', '.join(installed)}" if installed else "cvxpy is not installed at all"
-            raise ArgumentError(f"solver={self.solver}: cvxpy has no such solver here; {have}, or leave it null")
+            raise ArgumentError(
+                "solver={given}: cvxpy has no such solver here; {have}, or take {none}",
+                given=self.solver,
+                have=have,
+                none=Option("solver", None),
+            )
 
     def search(self, problem: Problem, rng: np.random.Generator, account: Account) -> Result:
         """Weights, roundings, polish."""
@@ -108,17 +112,21 @@ class Convex(Optimizer[Result]):
         rows, settings = candidates.regressors(found.index), candidates.settings[found.index]
         points = alike(rows, found.weights, found.information.covariance)
         design = ApproximateDesign(settings, found.weights, points, found.loss, found.gap, len(candidates), how)
-        descent = settle(problem, self._roundings(problem, design, rng), account=account)
+        descent = settle(problem, roundings(problem, design, rng, self.roundings), account=account)
         verdict = judge(descent.loss, self.agreement)
         reached = found.gap <= self.tolerance
         message = (
             f"{design.count} support points among {len(candidates)} candidates, gap {found.gap:.1e} "
             f"{'' if reached else f'instead of {self.tolerance:g} '}({how}); of the roundings, {verdict}"
         )
-        return account.result(
-            "ok" if reached else "limit",
-            message,
-            distinct_solutions(problem, descent.settings, descent.loss, self.agreement),
+        return result_of(
+            problem,
+            account,
+            descent.settings,
+            descent.loss,
+            status="ok" if reached else "limit",
+            message=message,
+            agreement=self.agreement,
             design=design,
         )
 
@@ -165,44 +173,20 @@ class Convex(Optimizer[Result]):
             start=start,
         )
 
-    def _roundings(self, problem: Problem, design: ApproximateDesign, rng: np.random.Generator) -> Array:
-        """Programs (s, n, d) to polish: the efficient rounding, and the best of many random ones."""
-        settings, weights = design.merged()
-        free = problem.n - problem.held
-        efficient = efficient_rounding(weights, free)
-        drawn = random_roundings(rng, weights, free, _DRAWS * self.roundings)
-        numbers = np.arange(len(weights))
-        programs = settings[[np.repeat(numbers, counts) for counts in (efficient, *drawn)]]
-        if problem.fixed is not None:
-            fixed = np.broadcast_to(problem.fixed, (len(programs), *problem.fixed.shape))
-            programs = np.concatenate([fixed, programs], axis=1)
-        programs = problem.restrictions.apart(programs, rng)
-        order = np.argsort(problem.loss(programs[1:]), kind="stable") + 1
-        programs = programs[np.concatenate([[0], order])[: self.roundings]]
-        programs[1:] = _shaken(problem, rng, programs[1:])
-        # with fewer positions than points some roundings can't estimate all the parameters
-        singular = ~np.isfinite(problem.loss(programs))
-        programs[singular] = problem.restrictions.random(rng, int(singular.sum()))
-        return np.asarray(programs)
-
-
-def _shaken(problem: Problem, rng: np.random.Generator, programs: Array) -> Array:
-    """Angles moved a little: on the symmetric points of a design a descent can end on a saddle."""
-    lower, upper = problem.restrictions.limits_around(programs)
-    moved = programs + rng.normal(0.0, _SHAKE, programs.shape)
-    moved = np.clip(moved, lower.reshape(programs.shape), upper.reshape(programs.shape))
-    return problem.restrictions.project(moved, programs)
-
 
 def _concave(problem: Problem) -> Concave:
     """The problem's criterion as one whose weights are a convex problem."""
     concave = concave_of(problem.objective.criterion)
     if concave is None:
         raise CompatibilityError(
-            "optimizer Convex needs a convex criterion, and {label} does not say that it is one; use {d}, a or e, "
-            "derive the criterion from acalx.criteria.Concave with its `degree` and `convex`, or use {other} or de",
+            "optimizer Convex needs a convex criterion, and {label} does not say that it is one; use {d}, {a} or {e}, "
+            "derive the criterion from acalx.criteria.Concave with its `degree` and `convex`, or use {gradient} or "
+            "{de}",
             label=problem.criterion.label,
             d=Option("criterion", "d", "D()"),
-            other=Option("optimizer", "gradient", "Gradient()"),
+            a=Option("criterion", "a", "A()"),
+            e=Option("criterion", "e", "E()"),
+            gradient=Option("optimizer", "gradient", "Gradient()"),
+            de=Option("optimizer", "de", "DifferentialEvolution()"),
         )
     return concave

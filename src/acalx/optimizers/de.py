@@ -14,7 +14,9 @@ from acalx.optimizers.base import Optimizer
 from acalx.options import require_count, require_positive
 from acalx.problem import Problem
 from acalx.search.account import Account
-from acalx.search.agreement import distinct_solutions, fewest_starts, judge
+from acalx.search.agreement import fewest_starts, judge
+from acalx.search.encoding import Encoding
+from acalx.search.ending import result_of
 from acalx.search.result import Result, Status
 from acalx.search.settle import settle
 
@@ -104,12 +106,12 @@ class DifferentialEvolution(Optimizer[Result]):
 
     def search(self, problem: Problem, rng: np.random.Generator, account: Account) -> Result:
         """Restarts until enough of them agree."""
-        space = _Space.of(problem)
+        encoding = Encoding(problem.restrictions)
         settings, losses = np.empty((0, problem.n, problem.d)), np.empty(0)
         raw = np.empty(0)
         status: Status = "ok"
         while True:
-            winner, members = self._evolve(problem, space, rng, account, len(raw) / self.restarts)
+            winner, members = self._evolve(problem, encoding, rng, account, len(raw) / self.restarts)
             raw = np.append(raw, problem.loss(winner))
             ends, end_losses = winner[None], raw[-1:]
             if self.polish and np.isfinite(raw[-1]):
@@ -126,12 +128,13 @@ class DifferentialEvolution(Optimizer[Result]):
                 message = f"all restarts used: {counted} reached the best loss"
                 status = "limit"
                 break
-        solutions = distinct_solutions(problem, settings, losses, self.agreement)
         gain = float(raw.min() - losses.min()) if self.polish and np.isfinite(raw.min()) else None
-        return account.result(status, message, solutions, gain=gain)
+        return result_of(
+            problem, account, settings, losses, status=status, message=message, agreement=self.agreement, gain=gain
+        )
 
     def _evolve(
-        self, problem: Problem, space: _Space, rng: np.random.Generator, account: Account, done: float
+        self, problem: Problem, encoding: Encoding, rng: np.random.Generator, account: Account, done: float
     ) -> tuple[Array, Array]:
         """One restart: the best program (n, d), and members (k, n, d) of the young population."""
         from scipy.optimize import differential_evolution
@@ -141,7 +144,7 @@ class DifferentialEvolution(Optimizer[Result]):
 
         def losses(columns: Array) -> Array:
             nonlocal young
-            settings = space.settings(columns.T)
+            settings = encoding.settings(columns.T)
             values = problem.loss(settings)
             if generation == _YOUNG:
                 young = settings[np.isfinite(values)][: self.companions]
@@ -156,7 +159,7 @@ class DifferentialEvolution(Optimizer[Result]):
 
         outcome = differential_evolution(
             losses,
-            space.bounds,
+            encoding.bounds,
             strategy=self.strategy,
             maxiter=self.maxiter,
             popsize=self.popsize,
@@ -167,56 +170,14 @@ class DifferentialEvolution(Optimizer[Result]):
             rng=rng,
             callback=count,
             polish=False,
-            init=space.population(rng, self.popsize) if problem.restrictions.active else "latinhypercube",
+            init=self._population(problem, encoding, rng) if problem.restrictions.active else "latinhypercube",
             updating="deferred",
             vectorized=True,
-            integrality=space.integrality,
+            integrality=encoding.integral,
         )
-        return space.settings(np.asarray(outcome.x)[None])[0], young
+        return encoding.settings(np.asarray(outcome.x)[None])[0], young
 
-
-@dataclass(frozen=True)
-class _Space:
-    """What scipy varies: angles, or where the stand has steps the numbers of the stops."""
-
-    problem: Problem
-    stops: list[Array | None]
-
-    @classmethod
-    def of(cls, problem: Problem) -> _Space:
-        return cls(problem, [None if s.step is None else s.stops() for s in problem.stand.settings])
-
-    @property
-    def bounds(self) -> list[tuple[float, float]]:
-        one = [
-            (s.lower, s.upper) if stops is None else (0.0, len(stops) - 1.0)
-            for s, stops in zip(self.problem.stand.settings, self.stops, strict=True)
-        ]
-        return one * (self.problem.n - self.problem.held)
-
-    @property
-    def integrality(self) -> list[bool]:
-        return [stops is not None for stops in self.stops] * (self.problem.n - self.problem.held)
-
-    def population(self, rng: np.random.Generator, popsize: int) -> Array:
-        """First members, (popsize times the angles, k), permitted programs all: scipy's own would hardly be."""
-        programs = self.problem.restrictions.random(rng, max(5, popsize * len(self.bounds)))[:, self.problem.held :]
-        columns = [
-            programs[..., k] if stops is None else np.searchsorted(stops, programs[..., k] - 1e-9)
-            for k, stops in enumerate(self.stops)
-        ]
-        return np.asarray(np.stack(columns, axis=-1).reshape(len(programs), -1), dtype=float)
-
-    def settings(self, vectors: Array) -> Array:
-        """From scipy's vectors (s, n d) to settings (s, n, d) in rad."""
-        problem = self.problem
-        settings = vectors.reshape(len(vectors), problem.n - problem.held, problem.d)
-        columns = [
-            settings[..., k] if stops is None else stops[np.rint(settings[..., k]).astype(int)]
-            for k, stops in enumerate(self.stops)
-        ]
-        settings = np.asarray(np.stack(columns, axis=-1), dtype=float)
-        if problem.fixed is None:
-            return settings
-        fixed = np.broadcast_to(problem.fixed, (len(vectors), *problem.fixed.shape))
-        return np.concatenate([fixed, settings], axis=1)
+    def _population(self, problem: Problem, encoding: Encoding, rng: np.random.Generator) -> Array:
+        """First members, permitted programs all: scipy's own would hardly be."""
+        count = max(5, self.popsize * len(encoding.bounds))
+        return encoding.vectors(problem.restrictions.random(rng, count))

@@ -12,8 +12,8 @@ from acalx.optimizers.base import Optimizer, refuse_steps
 from acalx.options import require_count, require_positive
 from acalx.problem import Problem
 from acalx.search.account import Account
-from acalx.search.agreement import distinct_solutions
-from acalx.search.result import Result, Status
+from acalx.search.ending import result_of
+from acalx.search.result import Result
 from acalx.search.starts import descend_from_many
 
 __all__ = ["Gradient"]
@@ -74,10 +74,13 @@ class Gradient(Optimizer[Result]):
             tolerance=self.tolerance,
             iterations=self.iterations,
         )
-        status: Status = "ok" if ends.settled else "limit"
         how = "stopped early, the starts agree" if ends.settled else "all starts used"
-        return account.result(
-            status,
-            f"{how}: {ends.verdict}",
-            distinct_solutions(problem, ends.settings, ends.losses, self.agreement),
+        return result_of(
+            problem,
+            account,
+            ends.settings,
+            ends.losses,
+            status="ok" if ends.settled else "limit",
+            message=f"{how}: {ends.verdict}",
+            agreement=self.agreement,
         )

@@ -13,6 +13,8 @@ from acalx.optimizers.base import Optimizer
 from acalx.options import require_count, require_points, require_positive
 from acalx.problem import Problem
 from acalx.search.account import Account
+from acalx.search.encoding import Encoding
+from acalx.search.ending import front_of
 from acalx.search.front import FrontSearch
 from acalx.search.pareto import nondominated, spread
 from acalx.search.regularity import no_regular_program
@@ -22,6 +24,7 @@ from acalx.search.starts import regular_starts
 
 if TYPE_CHECKING:
     from pymoo.core.algorithm import Algorithm
+    from pymoo.core.repair import Repair
 
 __all__ = ["NSGA2"]
 
@@ -111,7 +114,7 @@ class NSGA2(Optimizer[Front]):
         account.hold(programs[chosen], losses[chosen])
         count = f"{len(chosen)} points on the front" if len(chosen) > 1 else "one program is best in all objectives"
         message = f"{count} after {self.generations} generations{polish}"
-        return account.front_result("ok" if settled else "limit", message, problem.restrictions.canonical)
+        return front_of(problem, account, status="ok" if settled else "limit", message=message)
 
     def _evolve(self, problem: Problem, rng: np.random.Generator, account: Account) -> None:
         """Generations of pymoo's algorithm; the account holds the front of the last."""
@@ -119,22 +122,23 @@ class NSGA2(Optimizer[Front]):
         from pymoo.core.problem import Problem as PymooProblem
 
         Config.warnings["not_compiled"] = False
-        space = _Space(problem)
+        encoding = Encoding(problem.restrictions)
 
         class Programs(PymooProblem):  # type: ignore[misc]
             """The problem as pymoo sees it; singular programs break a constraint."""
 
             def _evaluate(self, x: Array, out: dict[str, Any], *args: Any, **kwargs: Any) -> None:
-                losses = problem.losses(space.settings(x))
+                losses = problem.losses(encoding.settings(x))
                 singular = np.asarray(~np.isfinite(losses).all(axis=-1))
                 out["F"] = np.where(singular[:, None], 0.0, losses)
                 out["G"] = np.where(singular, 1.0, -1.0)[:, None]
 
-        upper = space.upper
+        lower, upper = encoding.bounds.T
         programs = Programs(
-            n_var=len(upper), n_obj=len(problem.singles), n_ieq_constr=1, xl=space.lower, xu=upper, vtype=float
+            n_var=len(lower), n_obj=len(problem.singles), n_ieq_constr=1, xl=lower, xu=upper, vtype=float
         )
-        algorithm = self._algorithm(space.vectors(regular_starts(problem, rng, self.population)), space.whole)
+        first = encoding.vectors(regular_starts(problem, rng, self.population))
+        algorithm = self._algorithm(first, encoding.integral)
         algorithm.setup(programs, termination=("n_gen", self.generations), seed=int(rng.integers(2**31)), verbose=False)
         while algorithm.has_next():
             algorithm.next()
@@ -147,15 +151,14 @@ class NSGA2(Optimizer[Front]):
             feasible = members.get("CV")[:, 0] <= 0
             losses = members.get("F")[feasible]
             best = nondominated(losses)
-            account.hold(space.settings(members.get("X")[feasible][best]), losses[best])
+            account.hold(encoding.settings(members.get("X")[feasible][best]), losses[best])
 
-    def _algorithm(self, sampling: Array, whole: bool) -> Algorithm:
+    def _algorithm(self, sampling: Array, integral: np.ndarray) -> Algorithm:
         from pymoo.algorithms.moo.nsga2 import NSGA2 as Evolution  # noqa: N811
         from pymoo.operators.crossover.sbx import SBX
         from pymoo.operators.mutation.pm import PM
-        from pymoo.operators.repair.rounding import RoundingRepair
 
-        repair = {"vtype": float, "repair": RoundingRepair()} if whole else {}
+        repair = {"vtype": float, "repair": _rounding(integral)} if integral.any() else {}
         return Evolution(
             pop_size=self.population,
             sampling=sampling,
@@ -179,40 +182,14 @@ class NSGA2(Optimizer[Front]):
             account.hold(programs, losses)
 
 
-class _Space:
-    """What pymoo varies: the angles that are free, or where the stand has steps the numbers of the stops."""
+def _rounding(integral: np.ndarray) -> Repair:
+    """What rounds those of pymoo's numbers that are numbers of stops."""
+    from pymoo.core.repair import Repair
 
-    def __init__(self, problem: Problem) -> None:
-        self.shape = (problem.n, problem.d)
-        lower, upper = np.tile(problem.stand.axes.bounds, (problem.n, 1)).T
-        self.free = np.arange(problem.held * problem.d, problem.n * problem.d)
-        self.fixed = np.zeros(problem.n * problem.d)
-        if problem.fixed is not None:
-            self.fixed[: problem.held * problem.d] = problem.fixed.ravel()
-        settings = problem.stand.settings * problem.n
-        self.stops = [settings[k].stops() if settings[k].step is not None else None for k in self.free]
-        self.whole = problem.stand.axes.stepped
-        if self.whole and any(stops is None for stops in self.stops):
-            raise ArgumentError("optimizer NSGA2 takes steps of all the angles of a stand or of none")
-        self.lower = np.array([lower[k] if s is None else 0.0 for k, s in zip(self.free, self.stops, strict=True)])
-        self.upper = np.array(
-            [upper[k] if s is None else len(s) - 1.0 for k, s in zip(self.free, self.stops, strict=True)]
-        )
+    class Rounding(Repair):  # type: ignore[misc]
+        """Rounds some of the columns."""
 
-    def settings(self, vectors: Array) -> Array:
-        """From pymoo's vectors (s, v) to settings (s, n, d) in rad."""
-        flat = np.tile(self.fixed, (len(vectors), 1))
-        flat[:, self.free] = vectors
-        for column, (k, stops) in enumerate(zip(self.free, self.stops, strict=True)):
-            if stops is not None:
-                flat[:, k] = stops[np.rint(vectors[:, column]).astype(int)]
-        return np.asarray(flat.reshape(-1, *self.shape))
+        def _do(self, problem: object, x: Array, **kwargs: Any) -> Array:
+            return np.where(integral, np.around(x), x)
 
-    def vectors(self, settings: Array) -> Array:
-        """The way back, for settings that the stand allows."""
-        flat = settings.reshape(len(settings), -1)[:, self.free]
-        columns = [
-            flat[:, k] if stops is None else np.abs(flat[:, k, None] - stops).argmin(axis=-1)
-            for k, stops in enumerate(self.stops)
-        ]
-        return np.asarray(np.clip(np.stack(columns, axis=-1).astype(float), self.lower, self.upper))
+    return Rounding()

@@ -12,8 +12,8 @@ from acalx.optimizers.base import Optimizer, refuse_steps
 from acalx.options import require_count, require_points, require_positive
 from acalx.problem import Problem
 from acalx.search.account import Account
+from acalx.search.ending import front_of
 from acalx.search.front import FrontSearch
-from acalx.search.regularity import no_regular_program
 from acalx.search.result import Front
 from acalx.search.starts import regular_starts
 
@@ -68,9 +68,7 @@ class Scalarized(Optimizer[Front]):
         """Ends, then goals between them."""
         search = FrontSearch(self.points, self.starts, self.batch, self.agreement, self.tolerance, self.iterations)
         settled = search.run(problem, rng, account, regular_starts(problem, rng, self.seeds))
-        if account.front is None:
-            raise no_regular_program(problem)
-        count = len(account.front[1])
+        count = 0 if account.front is None else len(account.front[1])
         message = f"{count} points on the front" if count > 1 else "the objectives agree: one program is best in all"
         message += "" if settled else "; the starts under one objective alone did not agree"
-        return account.front_result("ok" if settled else "limit", message, problem.restrictions.canonical)
+        return front_of(problem, account, status="ok" if settled else "limit", message=message)

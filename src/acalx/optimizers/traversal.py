@@ -2,23 +2,21 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import final
 
 import numpy as np
 
-from acalx.criteria.answers import loss_of
-from acalx.errors import AcalxError, ArgumentError, CompatibilityError, NoProgramError
+from acalx.errors import ArgumentError, CompatibilityError, Option
 from acalx.numerics.arrays import Array
 from acalx.optimizers.base import Optimizer
 from acalx.options import require_count
 from acalx.problem import Problem
-from acalx.programs.sequences import RULES, regular_sequences
-from acalx.quantities.information import Information
+from acalx.programs.sequences import RULES
 from acalx.search.account import Account
-from acalx.search.agreement import distinct_solutions
+from acalx.search.ending import result_of
+from acalx.search.regular import RegularSequences, per_measurement
 from acalx.search.result import Result, Survey
 
 __all__ = ["Traversal"]
@@ -26,10 +24,6 @@ __all__ = ["Traversal"]
 _MOST_SEQUENCES = 2_000_000
 # Losses that differ by less are the same.
 _AGREEMENT = 1e-9
-_TURN = 360.0
-_SAME_ANGLE = 1e-6
-# So many sequences are looked at to explain why none is regular.
-_EXPLAINED = 500
 # Information of so many positions at a time, in bytes.
 _CHUNK_BYTES = 2**25
 
@@ -91,13 +85,25 @@ class Traversal(Optimizer[Result]):
                 raise ArgumentError(f"{name}={getattr(self, name)}: must be true or false")
         starts, steps = _numbers("starts_deg", self.starts_deg), _numbers("steps_deg", self.steps_deg)
         if len(starts) != 3 or not (starts[0] < starts[1] and starts[2] > 0):
-            raise ArgumentError(f"starts_deg={list(starts)}: give from, up to and step, as in starts_deg=[0,180,5]")
+            raise ArgumentError(
+                "starts_deg={given}: give from, up to and step, as in {example}",
+                given=list(starts),
+                example=Option("starts_deg", [0, 180, 5]),
+            )
         if 0.0 in steps or len(set(steps)) < len(steps):
             raise ArgumentError(f"steps_deg={list(steps)}: give one or more different steps, none of them 0")
         if self.n_from is not None:
             require_count("n_from", self.n_from)
             if not self.shorter:
-                raise ArgumentError(f"n_from={self.n_from} with shorter=false: one or the other")
+                raise ArgumentError(
+                    "n_from={n_from} with {shorter}: one or the other",
+                    n_from=self.n_from,
+                    shorter=Option("shorter", False),
+                )
+
+    @property
+    def _regular(self) -> RegularSequences:
+        return RegularSequences(self.rule, self.starts_deg, self.steps_deg, self.independent_starts, self.extends)
 
     def exact(self) -> Traversal:
         """No shorter programs."""
@@ -108,8 +114,10 @@ class Traversal(Optimizer[Result]):
         for setting in problem.stand.settings:
             if setting.unit.turn is None:
                 raise CompatibilityError(
-                    f"optimizer Traversal steps angles, but stand {type(problem.stand).__name__} "
-                    f"also sets {setting.column}; use optimizer=de"
+                    "optimizer Traversal steps angles, but stand {stand} also sets {setting}; use {instead}",
+                    stand=type(problem.stand).__name__,
+                    setting=setting.column,
+                    instead=Option("optimizer", "de", "DifferentialEvolution()"),
                 )
         least = problem.model.smallest_n
         if self.n_from is not None and not max(least, problem.held + 1) <= self.n_from <= problem.n:
@@ -117,14 +125,14 @@ class Traversal(Optimizer[Result]):
             if problem.held >= least:
                 least, why = problem.held + 1, f"one more than the {problem.held} fixed positions"
             raise ArgumentError(f"n_from={self.n_from}: must be from {least}, {why}, to n={problem.n}")
-        starts, count = self._starts(), len(self.steps_deg) ** problem.d
-        count *= len(starts) ** (problem.d if self.independent_starts else 1)
+        count = self._regular.count(problem.d)
         if count > _MOST_SEQUENCES:
             raise ArgumentError(f"{count:,} sequences are too many; {_MOST_SEQUENCES:,} is the most: take wider steps")
 
     def search(self, problem: Problem, rng: np.random.Generator, account: Account) -> Result:
         """Every sequence, its information summed up position by position."""
-        sequences = self._sequences(problem)
+        regular = self._regular
+        sequences = regular.sequences(problem)
         least = self.n_from or max(problem.model.smallest_n, problem.held + 1)
         numbers = np.arange(least if self.shorter else problem.n, problem.n + 1)
         losses = np.full((len(sequences), len(numbers)), np.inf)
@@ -136,119 +144,37 @@ class Traversal(Optimizer[Result]):
         size = max(1, _CHUNK_BYTES // (problem.n * 8 * len(problem.parameters) ** 2))
         try:
             for first in range(0, len(sequences), size):
-                settings = self._settings(problem, survey.sequences[first : first + size])
-                losses[first : first + size] = _per_measurement(problem, settings, numbers)
+                settings = regular.settings(problem, survey.sequences[first : first + size])
+                losses[first : first + size] = per_measurement(problem, settings, numbers)
                 account.evaluations += len(settings) * len(numbers)
                 account.fraction = first / len(sequences)
-                if account.watch is not None:
-                    account.watch(account)
+                account.tick()
         except KeyboardInterrupt:
             if np.isfinite(losses).any():
                 self._keep(problem, survey, account)  # the best so far
             raise
         if not np.isfinite(losses).any():
-            raise NoProgramError(self._nothing(problem, survey))
+            raise regular.nothing(problem, survey)
         programs = self._keep(problem, survey, account)
-        solutions = distinct_solutions(problem, programs, problem.loss(programs), _AGREEMENT, sort=False)
-        return account.result(
-            "ok",
-            self._message(survey),
-            solutions,
+        return result_of(
+            problem,
+            account,
+            programs,
+            problem.loss(programs),
+            status="ok",
+            message=regular.told(survey),
+            agreement=_AGREEMENT,
+            sort=False,
             survey=survey,
         )
-
-    def _starts(self) -> Array:
-        lower, upper, step = self.starts_deg
-        return np.asarray(np.arange(lower, upper * (1 - 1e-12), step), dtype=float)
-
-    def _sequences(self, problem: Problem) -> Array:
-        """Starts and steps of all sequences, (s, 2 d) in degrees; of those that begin as they must."""
-        starts, d = self._starts(), problem.d
-        if self.independent_starts:
-            begin = np.array(list(itertools.product(starts, repeat=d)))
-        else:
-            begin = np.repeat(starts[:, None], d, axis=1)
-        step = np.array(list(itertools.product(self.steps_deg, repeat=d)), dtype=float)
-        sequences = np.concatenate([np.repeat(begin, len(step), axis=0), np.tile(step, (len(begin), 1))], axis=1)
-        if problem.fixed is None or not self.extends:
-            return sequences
-        apart = self._regular(problem, sequences, problem.held) - problem.stand.axes.wrap(problem.fixed)
-        begun = (np.abs(np.sin(0.5 * apart)) < _SAME_ANGLE).all(axis=(1, 2))
-        if not begun.any():
-            raise AcalxError(
-                f"none of the {len(sequences)} sequences by rule={self.rule} begins with the {problem.held} fixed "
-                "positions, so that none can be continued; leave extends=true out, or fix the beginning of a sequence"
-            )
-        return sequences[begun]
-
-    def _settings(self, problem: Problem, sequences: Array) -> Array:
-        """Programs (s, n, d) in rad of sequences (s, 2 d) in degrees, the fixed positions first."""
-        if problem.fixed is None or self.extends:
-            return self._regular(problem, sequences, problem.n)
-        free = self._regular(problem, sequences, problem.n - problem.held)
-        return np.concatenate([np.broadcast_to(problem.fixed, (len(free), *problem.fixed.shape)), free], axis=1)
-
-    def _regular(self, problem: Problem, sequences: Array, n: int) -> Array:
-        starts, steps = sequences[:, : problem.d], sequences[:, problem.d :]
-        return problem.stand.axes.wrap(np.radians(regular_sequences(self.rule, starts, steps, n)))
 
     def _keep(self, problem: Problem, survey: Survey, account: Account) -> Array:
         """The best programs (k, N, d), all of the same N; the account is told of them."""
         _, column = survey.best
         near = survey.losses[:, column] <= survey.losses[:, column].min() + _AGREEMENT
-        programs = self._settings(problem, survey.sequences[near])[:, : survey.numbers[column]]
+        programs = self._regular.settings(problem, survey.sequences[near])[:, : survey.numbers[column]]
         account.keep(programs, problem.loss(programs))
         return programs
-
-    def _message(self, survey: Survey) -> str:
-        row, column = survey.best
-        of_it = ", ".join(f"{name}={value:g}" for name, value in zip(survey.names, survey.sequences[row], strict=True))
-        regular = int(np.isfinite(survey.losses).any(axis=1).sum())
-        least, most = survey.numbers[0], survey.numbers[-1]
-        return (
-            f"of {len(survey.sequences)} sequences by rule={self.rule} with {least} to {most} positions each "
-            f"({regular} can estimate all the parameters), the best per measurement has "
-            f"{survey.numbers[column]} positions: {of_it}"
-        )
-
-    def _nothing(self, problem: Problem, survey: Survey) -> str:
-        """Why no sequence can estimate all the parameters, and what to change."""
-        head = (
-            f"no regular sequence of up to {problem.n} positions by rule={self.rule} with "
-            f"steps_deg={[float(step) for step in self.steps_deg]} can estimate all the parameters"
-        )
-        settings = self._settings(problem, survey.sequences[:_EXPLAINED])
-        lengths = _within(problem, settings).sum(axis=1)
-        usable = [one[:length] for one, length in zip(settings, lengths, strict=True) if length >= survey.numbers[0]]
-        if not usable:
-            limits = ", ".join(setting.limits for setting in problem.stand.settings)
-            return (
-                f"{head}: they leave the limits or stops of the stand, {limits}; choose other starts_deg or steps_deg"
-            )
-        visited = max(len(np.unique(np.round(np.degrees(one), 6) % _TURN, axis=0)) for one in usable)
-        repeats = visited < max(map(len, usable))
-        again = f": they come back to the same attitude after {visited} positions or fewer" if repeats else ""
-        unseen = min((problem.information(one).inestimable() for one in usable), key=len)
-        others = " or ".join(f"rule={rule}" for rule in RULES if rule != self.rule)
-        return f"{head}{again}; at best they can't see {'; '.join(unseen)}; choose {others}, or other steps_deg"
-
-
-def _per_measurement(problem: Problem, settings: Array, numbers: np.ndarray) -> Array:
-    """Losses (s, k) of the information per measurement of the first N positions; inf where not allowed."""
-    single = problem.information(settings[:, :, None, :]).matrix
-    sums = single.cumsum(axis=1)[:, numbers - 1] / numbers[:, None, None]
-    losses = loss_of(problem.objective.criterion, Information(sums, problem.parameters))
-    allowed = _within(problem, settings)[:, numbers - 1]
-    if not problem.replicates:
-        allowed &= np.stack([problem.restrictions.permits(settings[:, :number]) for number in numbers], axis=1)
-    return np.where(allowed, losses, np.inf)
-
-
-def _within(problem: Problem, settings: Array) -> np.ndarray:
-    """Whether the first N positions of programs (s, n, d) are within the limits that bind them, (s, n)."""
-    allows = problem.stand.axes.allows(settings)
-    allows[:, : problem.held] = True  # the stand's limits don't bind fixed positions
-    return np.logical_and.accumulate(allows, axis=1)
 
 
 def _numbers(name: str, values: object) -> tuple[float, ...]:

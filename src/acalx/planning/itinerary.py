@@ -48,7 +48,7 @@ class Itinerary:
 
     @property
     def seconds(self) -> float:
-        """Time on the way."""
+        """Time that the moves between the positions take, in s, without that spent in them."""
         return float((_moves(self.stand, self.settings[:-1], self.settings[1:]) / self.stand.speeds).max(axis=1).sum())
 
     def entries(self, dwell_s: float) -> dict[str, float]:
@@ -57,7 +57,7 @@ class Itinerary:
         return {"travel_deg": math.degrees(self.travel), "travel_s": self.seconds, "total_s": total}
 
     def summary(self, dwell_s: float) -> str:
-        """The same in words."""
+        """Travel and times of `entries` as a sentence for whoever reads the terminal."""
         entries = self.entries(dwell_s)
         return (
             f"the table turns by {entries['travel_deg']:.0f} degrees in {entries['travel_s']:.0f} s; "

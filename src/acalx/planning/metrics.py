@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -10,6 +11,7 @@ from acalx.numerics.arrays import Array
 from acalx.problem import Problem
 from acalx.programs import Program, published_for
 from acalx.quantities.information import Information
+from acalx.quantities.magnitude import from_log
 
 __all__ = ["best_published", "figures_of_merit", "published_losses"]
 
@@ -17,7 +19,8 @@ __all__ = ["best_published", "figures_of_merit", "published_losses"]
 def figures_of_merit(information: Information) -> dict[str, Any]:
     """D, A, E, theta, inequality and what else is reported for one program.
 
-    All figures are in units of the noise: multiply standard deviations by that of the noise,
+    A determinant of many parameters, in units of a small noise, may be no number that a double holds: then D is 0 or
+    inf, and its logarithm says what it is. All figures are in units of the noise: multiply standard deviations by that of the noise,
     A and E by its square. Where the program is singular they are inf, or nan where they have no
     meaning.
 
@@ -29,17 +32,20 @@ def figures_of_merit(information: Information) -> dict[str, Any]:
     Returns
     -------
     dict
-        ``D`` = det K, ``A`` = tr K, ``E`` = largest eigenvalue of K; ``theta`` and
+        ``D`` = det K, ``A`` = tr K, ``E`` = largest eigenvalue of K, and ``log_D``, ``log_A``, ``log_E``; ``theta`` and
         ``inequality`` (a fraction, not percent; of two parameters or more) by group; ``standard_deviations`` by
         parameter; ``correlations``, a (p, p) list in the order of the parameters;
         ``condition_number`` of the information matrix.
     """
-    singular = bool(information.singular)
-    smallest = float(information.eigenvalues[0])
+    log_d, a = -float(information.log_det), float(information.variances.sum())
+    e = math.inf if information.singular else 1.0 / float(information.smallest_eigenvalue)
     return {
-        "D": float(np.exp(-information.log_det)),
-        "A": float(information.variances.sum()),
-        "E": np.inf if singular else 1.0 / smallest,
+        "D": from_log(log_d),
+        "A": a,
+        "E": e,
+        "log_D": log_d,
+        "log_A": math.log(a),
+        "log_E": math.log(e),
         "theta": {group: float(information.theta(group)) for group in information.groups},
         "inequality": {
             group: float(information.inequality(group))

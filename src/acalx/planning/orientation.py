@@ -18,6 +18,7 @@ from acalx.errors import CompatibilityError
 from acalx.numerics.arrays import Array
 from acalx.numerics.compass import creep
 from acalx.problem import Objective, Problem, Response
+from acalx.quantities.magnitude import written_from_log
 from acalx.quantities.stimulus import Stimulus
 from acalx.search.account import Account
 from acalx.search.descent import descend
@@ -50,6 +51,10 @@ class Orientation:
     solution: Solution
     before: float
     after: float
+
+    def __str__(self) -> str:
+        fell = f"from {written_from_log(self.before)} to {written_from_log(self.after)}"
+        return f"turned at no cost, by which the second criterion fell {fell}"
 
 
 def orient(

@@ -11,10 +11,10 @@ import numpy as np
 
 from acalx.bounds import bound
 from acalx.criteria import Target
-from acalx.errors import ArgumentError, NoProgramError
+from acalx.errors import ArgumentError, NoProgramError, Option
 from acalx.problem import Problem
 from acalx.quantities.magnitude import from_log
-from acalx.schemes import Designed, Scheme
+from acalx.schemes import Composed, Scheme
 from acalx.search.regularity import no_regular_program
 
 __all__ = ["Smallest", "Trial", "smallest_program"]
@@ -51,7 +51,7 @@ class Trial:
 
     @property
     def met(self) -> bool:
-        """Whether it meets the target."""
+        """Whether all standard errors of the best program of so many positions are within the target."""
         return self.share <= 1.0 + _SLACK
 
 
@@ -63,7 +63,7 @@ class Smallest:
     ----------
     problem : Problem
         With its number of positions.
-    designed : Designed
+    composed : Composed
     trials : tuple of Trial
         All that was tried, by number of positions.
     bound : int or None
@@ -73,15 +73,15 @@ class Smallest:
     """
 
     problem: Problem
-    designed: Designed
+    composed: Composed
     trials: tuple[Trial, ...]
     bound: int | None
     method: str
 
     @property
     def n(self) -> int:
-        """Number of positions."""
-        return len(self.designed.result.program)
+        """The smallest number of positions that was found to meet the target."""
+        return len(self.composed.result.program)
 
     @property
     def recorded(self) -> dict[str, Any]:
@@ -101,7 +101,7 @@ class Smallest:
 
 
 def smallest_program(
-    problem: Problem, target: Target, scheme: Scheme, solve: Callable[[Problem], Designed], most: int = 500
+    problem: Problem, target: Target, scheme: Scheme, solve: Callable[[Problem], Composed], most: int = 500
 ) -> Smallest:
     """Smallest program that meets a target.
 
@@ -150,26 +150,26 @@ def smallest_program(
 class _Search:
     """Numbers that were tried, and what they gave."""
 
-    def __init__(self, problem: Problem, target: Target, solve: Callable[[Problem], Designed]) -> None:
+    def __init__(self, problem: Problem, target: Target, solve: Callable[[Problem], Composed]) -> None:
         self.problem, self.target, self.solve = problem, target, solve
         self.trials: dict[int, Trial] = {}
-        self.designs: dict[int, Designed] = {}
+        self.designs: dict[int, Composed] = {}
 
     def trial(self, n: int) -> Trial:
         if n not in self.trials:
             problem = replace(self.problem, n=n)
             try:
-                designed = self.solve(problem)
+                composed = self.solve(problem)
             except NoProgramError:  # too few, since with many all the parameters show
                 self.trials[n] = Trial(n, 0, dict.fromkeys(self.target.wanted, math.inf), math.inf)
                 return self.trials[n]
-            if designed.result.status == "interrupted":
+            if composed.result.status == "interrupted":
                 raise KeyboardInterrupt
-            settings = designed.result.program
+            settings = composed.result.program
             information = problem.information(settings)
             errors = {group: float(information.theta(group)) for group in self.target.wanted}
             share = max(errors[group] / wanted for group, wanted in self.target.wanted.items())
-            self.designs[n], self.trials[n] = designed, Trial(n, len(settings), errors, share)
+            self.designs[n], self.trials[n] = composed, Trial(n, len(settings), errors, share)
         return self.trials[n]
 
     def up(self, n: int, most: int) -> tuple[int, int]:
@@ -179,9 +179,12 @@ class _Search:
             if n == most:
                 best = min(self.trials.values(), key=lambda trial: trial.share)
                 raise ArgumentError(
-                    f"target: not met with n_most={most} positions, where the largest standard error is "
-                    f"{best.share:.4g} times what is wanted; give larger standard errors, a larger n_most, or a "
-                    "criterion that goes for them, as criterion=target does"
+                    "target: not met with {most} positions, where the largest standard error is {share} times what "
+                    "is wanted; give larger standard errors, a larger n_most, or a criterion that goes for them, "
+                    "as {criterion} does",
+                    most=Option("n_most", most),
+                    share=f"{best.share:.4g}",
+                    criterion=Option("criterion", "target", f"Target({dict(self.target.wanted)})"),
                 )
             # variances fall as 1 / n where a search is as good with every n
             wanted = n * min(2.0, trial.share**2 * (1 - _SLACK))

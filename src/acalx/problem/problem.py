@@ -97,7 +97,7 @@ class Problem:
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
-        """The model's parameters."""
+        """The p parameters that are to be estimated, in the order of the information matrix."""
         return self.model.parameters
 
     @cached_property
@@ -164,15 +164,11 @@ class Problem:
         return np.stack([single.loss(settings) for single in self.singles], axis=-1)
 
     @cached_property
-    def base(self) -> Array:
-        """Information matrix (p, p) of the fixed positions; zero without any."""
-        p = len(self.parameters)
-        return np.zeros((p, p)) if self.fixed is None else self.information(self.fixed).matrix
-
-    @property
     def base_share(self) -> Array:
-        """Of the information of the fixed positions what falls to each of the others, (p, p)."""
-        return self.base / (self.n - self.held)
+        """Of the information of the fixed positions what falls to each of the others, (p, p); zero without any."""
+        p = len(self.parameters)
+        held = np.zeros((p, p)) if self.fixed is None else self.information(self.fixed).matrix
+        return held / (self.n - self.held)
 
 
 def _checked(fixed: object, d: int) -> Array:

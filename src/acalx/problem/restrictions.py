@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from acalx.errors import CompatibilityError
+from acalx.errors import CompatibilityError, Option
 from acalx.numerics.arrays import Array
 from acalx.stands import Stand
 
@@ -69,7 +69,7 @@ class Restrictions:
         CompatibilityError
             Where none is found.
         """
-        return self.apart(self._random(rng, count), rng)
+        return self.apart(self.completed(self.stand.axes.random(rng, (count, self.n - self.held))), rng)
 
     def apart(self, programs: Array, rng: np.random.Generator) -> Array:
         """Programs (s, n, d) with positions that must not repeat others drawn anew; CompatibilityError as `random`."""
@@ -84,15 +84,18 @@ class Restrictions:
             again = wrong[:, None] & self._repeated(programs) & (np.arange(self.n) >= self.held)
             programs[again] = self.stand.axes.random(rng, (int(again.sum()),))
         raise CompatibilityError(
-            f"no {self.n} different positions were found on stand {type(self.stand).__name__}: "
-            "widen its limits, take fewer positions, or allow replicates=true"
+            "no {n} different positions were found on stand {stand}: widen its limits, take fewer positions, or allow "
+            "{replicates}",
+            n=self.n,
+            stand=type(self.stand).__name__,
+            replicates=Option("replicates", True),
         )
 
-    def _random(self, rng: np.random.Generator, count: int) -> Array:
+    def completed(self, free: Array) -> Array:
+        """Programs (s, f + k, d) of the fixed positions and then k free ones, (s, k, d)."""
         if self.fixed is None:
-            return self.stand.axes.random(rng, (count, self.n))
-        free = self.stand.axes.random(rng, (count, self.n - self.held))
-        return np.concatenate([np.broadcast_to(self.fixed, (count, *self.fixed.shape)), free], axis=1)
+            return free
+        return np.concatenate([np.broadcast_to(self.fixed, (len(free), *self.fixed.shape)), free], axis=1)
 
     @property
     def active(self) -> bool:

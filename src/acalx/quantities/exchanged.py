@@ -62,14 +62,14 @@ class Exchanged(Information):
 
     @cached_property
     def matrix(self) -> Array:
-        """Information matrices (s, k, p, p)."""
+        """Information matrices M' after the exchange, (s, k, p, p)."""
         if not self.lost.any():
             return self._matrices
         return np.where(self.lost[..., None, None], self.before.matrix[:, None], self._matrices)
 
     @cached_property
     def log_det(self) -> Array:
-        """log det M', (s, k)."""
+        """log det M' of the programs after the exchange, (s, k)."""
         if not self._single:
             return Information(self.matrix, self.parameters).log_det
         factor = np.where(self.lost, 1.0, self._factor)
@@ -77,7 +77,7 @@ class Exchanged(Information):
 
     @cached_property
     def variances(self) -> Array:
-        """Diagonal of K', (s, k, p)."""
+        """Variances after the exchange, the diagonal of K', (s, k, p)."""
         if not self._single:
             return Information(self.matrix, self.parameters).variances
         a, b, e = self._products

@@ -13,7 +13,7 @@ import numpy as np
 from acalx.errors import ArgumentError
 from acalx.numerics.arrays import Array
 from acalx.numerics.elimination import cholesky, inverse_roots, row_reduced, substituted
-from acalx.quantities.parameter import Parameter, parameter_groups
+from acalx.quantities.parameter import Parameter, as_sum, parameter_groups, parameter_sensors
 
 __all__ = ["Information"]
 
@@ -21,9 +21,12 @@ __all__ = ["Information"]
 # than with the others known, or an eigenvalue of the matrix scaled to a unit diagonal so much smaller than the largest.
 _LARGEST_INFLATION = 1e13
 _EIGENVALUE_TOLERANCE = 1e-13
-# A diagonal entry so much smaller than the largest is the square of rounding errors: no
+# A diagonal entry so much smaller than the largest of the same sensor is the square of rounding errors: no
 # measurement shows the parameter at all.
 _ROUNDING = 1e-28
+# With eigenvalues of M further apart than this, the smallest is read from K: that of M would have the rounding
+# errors of the largest.
+_APART = 1e10
 # From this many matrices on, elimination along the stack beats one LAPACK call a matrix.
 _LARGE_STACK = 32
 
@@ -104,13 +107,22 @@ class Information:
     @property
     def _inflated(self) -> np.ndarray:
         """Where a parameter is a combination of the others to working accuracy, or unseen, (...)."""
-        diagonal = self.matrix.diagonal(axis1=-2, axis2=-1)
-        shown = diagonal > _ROUNDING * diagonal.max(axis=-1, keepdims=True)
         root = self._unchecked_root
         # variance of a parameter with the others unknown, over that with the others known
         with np.errstate(invalid="ignore"):  # inf times zero is nan, which compares as it should
-            inflation = np.einsum("...ki,...ki->...i", root, root) * diagonal
-        return np.asarray(~(shown & (inflation < _LARGEST_INFLATION)).all(axis=-1))
+            inflation = np.einsum("...ki,...ki->...i", root, root) * self.matrix.diagonal(axis1=-2, axis2=-1)
+        return np.asarray(~(self._shown & (inflation < _LARGEST_INFLATION)).all(axis=-1))
+
+    @property
+    def _shown(self) -> np.ndarray:
+        """Which parameters some measurement shows, (..., p)."""
+        diagonal = self.matrix.diagonal(axis1=-2, axis2=-1)
+        shown = diagonal > _ROUNDING * diagonal.max(axis=-1, keepdims=True)
+        if not shown.all():
+            for members in parameter_sensors(self.parameters).values():
+                own = diagonal[..., members]
+                shown[..., members] = own > _ROUNDING * own.max(axis=-1, keepdims=True)
+        return np.asarray(shown)
 
     @cached_property
     def singular(self) -> np.ndarray:
@@ -175,6 +187,30 @@ class Information:
         """Eigenvalues of M, ascending, shape (..., p)."""
         return np.asarray(np.linalg.eigvalsh(self.matrix), dtype=float)
 
+    @property
+    def _far_apart(self) -> np.ndarray:
+        """Where the smallest eigenvalue would be lost in rounding errors of the largest, though M is regular, (...)."""
+        values = self.eigenvalues
+        return np.asarray(~self.singular & ~(values[..., 0] * _APART > values[..., -1]))
+
+    @cached_property
+    def smallest_eigenvalue(self) -> Array:
+        """Smallest eigenvalue of M, to working accuracy, shape (...); 0 where M is singular."""
+        smallest = np.where(self.singular, 0.0, self.eigenvalues[..., 0])
+        apart = self._far_apart
+        if apart.any():
+            smallest[apart] = 1.0 / np.linalg.eigvalsh(self.covariance[apart])[..., -1]
+        return smallest
+
+    @property
+    def weakest(self) -> Array:
+        """Unit vectors of the combination of parameters that is known worst, (..., p): that of the smallest eigenvalue."""
+        direction = np.linalg.eigh(self.matrix).eigenvectors[..., 0]
+        apart = self._far_apart
+        if apart.any():
+            direction[apart] = np.linalg.eigh(self.covariance[apart]).eigenvectors[..., -1]
+        return np.asarray(direction)
+
     @cached_property
     def variances(self) -> Array:
         """Variances of the parameters, shape (..., p)."""
@@ -196,9 +232,8 @@ class Information:
     @property
     def condition_number(self) -> Array:
         """Ratio of the largest to the smallest eigenvalue of M, shape (...); inf where singular."""
-        values = self.eigenvalues
-        smallest = np.where(self.singular, 1.0, values[..., 0])
-        return np.where(self.singular, np.inf, values[..., -1] / smallest)
+        smallest = np.where(self.singular, 1.0, self.smallest_eigenvalue)
+        return np.where(self.singular, np.inf, self.eigenvalues[..., -1] / smallest)
 
     def theta(self, group: str) -> Array:
         """Largest standard deviation of a group of parameters, shape (...).
@@ -230,26 +265,13 @@ class Information:
         """
         if not self.singular:
             return []
-        diagonal = self.matrix.diagonal()
-        shown = diagonal > _ROUNDING * max(diagonal.max(), np.finfo(float).tiny)
-        scale = np.where(shown, np.sqrt(diagonal), 1.0)
+        shown = self._shown
+        scale = np.sqrt(np.where(shown, self.matrix.diagonal(), 1.0))
         scaled = np.where(np.outer(shown, shown), self.matrix, 0.0) / np.outer(scale, scale)
         values, vectors = np.linalg.eigh(scaled)
         null_space = (vectors[:, values < _EIGENVALUE_TOLERANCE * max(values[-1], 1e-300)] / scale[:, None]).T
-        return [_as_sum(row, self.parameters, smallest) for row in row_reduced(null_space)]
+        return [as_sum(row, self.parameters, smallest) for row in row_reduced(null_space)]
 
 
 def _stack_first(array: Array) -> bool:
     return bool(array.flags.f_contiguous and not array.flags.c_contiguous)
-
-
-def _as_sum(coefficients: Array, parameters: tuple[Parameter, ...], smallest: float) -> str:
-    text = ""
-    for coefficient, parameter in zip(coefficients, parameters, strict=True):
-        if abs(coefficient) < smallest:
-            continue
-        size = abs(coefficient)
-        factor = "" if abs(size - 1) < 1e-6 else f"{size:.4g} "
-        sign = " - " if coefficient < 0 else " + "
-        text += f"{sign}{factor}{parameter.name}"
-    return text.removeprefix(" + ") if text.startswith(" + ") else text.replace(" - ", "-", 1)

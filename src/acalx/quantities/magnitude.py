@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-__all__ = ["from_log", "significant", "written_from_log"]
+__all__ = ["from_log", "significant", "with_decimals", "written_from_log"]
 
 # Decimal exponents between which figures are written without one.
 _PLAIN = (-5, 7)
@@ -22,6 +22,19 @@ def from_log(log: float) -> float:
         return math.exp(log)
     except OverflowError:
         return math.inf
+
+
+def with_decimals(value: float, decimals: int = 4, digits: int = 4) -> str:
+    """A figure with so many decimals, or with so many significant digits where those would be fewer.
+
+    Examples
+    --------
+    >>> with_decimals(0.584), with_decimals(1.4077123), with_decimals(0.01234567), with_decimals(1.4077e-12)
+    ('0.5840', '1.4077', '0.01235', '1.408e-12')
+    """
+    plain = f"{value:.{decimals}f}"
+    ordinary = 10.0 ** (digits - decimals - 1) <= abs(value) < 10.0 ** _PLAIN[1]
+    return plain if ordinary and math.isfinite(value) else significant(value, digits)
 
 
 def written_from_log(log: float, digits: int = 6) -> str:

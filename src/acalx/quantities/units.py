@@ -50,7 +50,7 @@ class Unit:
         return np.asarray(np.round(np.asarray(values) / self.size, _DECIMALS) + 0.0)
 
     def read(self, values: Array | float) -> Array:
-        """Values in the SI."""
+        """Values in rad, rad/s or what the SI has, from this unit."""
         return np.asarray(values) * self.size
 
 

@@ -2,46 +2,40 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
-from acalx.bounds.certificate import Certificate
-from acalx.criteria import Objectives
+import numpy as np
+
+from acalx.criteria import Criterion, Objectives
+from acalx.numerics.arrays import Array
+from acalx.planning.design import Designed
 from acalx.planning.metrics import figures_of_merit
+from acalx.planning.smallest import Smallest
 from acalx.problem import Problem
+from acalx.programs import read_program
+from acalx.quantities.magnitude import from_log
+from acalx.recording.parts import described
 from acalx.recording.run_directory import RunDirectory
 from acalx.schemes import Part
-from acalx.search.result import ApproximateDesign, Found, Front, Result
+from acalx.search.result import ApproximateDesign, Front, Result
 
-__all__ = ["record", "record_parts", "record_result"]
+__all__ = ["names_of", "record", "record_result"]
 
-
-def record_parts(parts: tuple[Part, ...], directory: RunDirectory) -> None:
-    """What each part of the model got, with its landscape where there is one."""
-    if not parts:
-        return
-    told = []
-    for part in parts:
-        found = part.result
-        told.append(
-            {
-                "part": part.name,
-                "positions": len(part.settings),
-                "dropped": part.dropped,
-                "loss": None if found is None else found.best.loss,
-                "message": "" if found is None else found.message,
-            }
-        )
-        if found is not None and found.survey is not None:
-            directory.write_survey(found.survey, f"landscape_{part.name}.csv")
-    directory.remember(parts=told)
+# Losses of a program and of the same program read from its file differ by less: digits, and sums in another order.
+_SAME = 1e-6
 
 
-def record(problem: Problem, result: Found, directory: RunDirectory) -> None:
-    """The program, what is as good, how the search went, and the result without a certificate."""
-    directory.write_program(problem.stand, result.program, problem.held)
+def names_of(criterion: Criterion | Objectives) -> tuple[str, ...]:
+    """What the criterion is called, or each of several objectives."""
+    return criterion.labels if isinstance(criterion, Objectives) else (criterion.label,)
+
+
+def record(designed: Designed, directory: RunDirectory) -> None:
+    """The program, what is as good, how the search went; and what every result of this run says."""
+    problem, result, request = designed.problem, designed.result, designed.request
+    directory.write_program(problem.stand, designed.program, problem.held)
     if isinstance(result, Front):
-        directory.write_front(problem.stand, names_of(problem), result.points, result.knee, problem.held)
+        directory.write_front(problem.stand, names_of(problem.criterion), result.points, result.knee, problem.held)
     if isinstance(result, Result):
         directory.write_alternatives(problem.stand, result.solutions)
         directory.write_history(result.history)
@@ -49,39 +43,107 @@ def record(problem: Problem, result: Found, directory: RunDirectory) -> None:
             directory.write_survey(result.survey)
         if result.design is not None:
             directory.write_weights(problem.stand, result.design)
-    record_result(problem, result, None, directory)
+    for part in designed.parts:
+        if isinstance(part.result, Result) and part.result.survey is not None:
+            directory.write_survey(part.result.survey, f"landscape_{part.name}.csv")
+    directory.remember(
+        n=problem.n,
+        model=described(problem.model),
+        stand=described(problem.stand),
+        criterion=described(problem.criterion),
+        optimizer=described(request.optimizer_for(problem)),
+        scheme=described(request.scheme),
+        order=request.order,
+        **designed.visit.entries(request.dwell_s),
+        **_part_entries(designed.parts),
+        **_smallest_entries(designed.smallest),
+    )
 
 
-def names_of(problem: Problem) -> tuple[str, ...]:
-    """What the criterion is called, or each of several objectives."""
-    return problem.criterion.labels if isinstance(problem.criterion, Objectives) else (problem.criterion.label,)
+def record_result(designed: Designed, directory: RunDirectory, **seconds: float) -> str:
+    """result.json; gives how the program as written contradicts the search, nothing where it does not.
+
+    All figures are computed anew from program.csv. Where its loss is another than the search's, the
+    run has failed: a model that depends on the order of positions, or on digits that are not written.
+
+    Parameters
+    ----------
+    designed : Designed
+    directory : RunDirectory
+        In which the program is written already.
+    **seconds
+        Of the whole, as ``total``, and of further parts of the run.
+    """
+    problem, result = designed.problem, designed.result
+    written = read_program(directory.path / "program.csv").settings_for(problem.stand)
+    status, message = str(result.status), result.message
+    wrong = _contradiction(designed, written)
+    if wrong:
+        status, message = "failed", wrong
+    parts = {**designed.seconds, **seconds}
+    directory.write_result(
+        status,
+        message,
+        metrics=figures_of_merit(problem.information(written)),
+        evaluations=result.evaluations,
+        seconds=parts.pop("total", sum(designed.seconds.values())),
+        seconds_by_part=parts,
+        certificate=None if designed.certificate is None else designed.certificate.entries(),
+        **_found_entries(problem, designed, written),
+    )
+    return wrong
 
 
-def record_result(problem: Problem, result: Found, certificate: Certificate | None, directory: RunDirectory) -> None:
-    """result.json."""
-    entries: dict[str, Any] = {}
+def _contradiction(designed: Designed, written: Array) -> str:
+    """How the program as written contradicts the search; nothing where it does not."""
+    problem, result = designed.problem, designed.result
+    found = result.points[result.knee].losses if isinstance(result, Front) else _loss(result)
+    again = np.array([float(single.objective.loss(written)) for single in problem.singles])
+    apart = np.abs(np.nan_to_num(again - found, nan=np.inf))
+    if (apart <= _SAME * (1.0 + np.abs(found))).all():
+        return ""
+    return (
+        f"the program in program.csv has the loss {', '.join(f'{loss:.9g}' for loss in again)}, but the search found "
+        f"{', '.join(f'{loss:.9g}' for loss in np.atleast_1d(found))}: does model {type(problem.model).__name__} or "
+        f"stand {type(problem.stand).__name__} depend on the order of the positions, or on more than their settings?"
+    )
+
+
+def _loss(result: object) -> Array:
+    assert isinstance(result, Result)  # a search has found programs or a front
+    return np.array([result.best.loss])
+
+
+def _found_entries(problem: Problem, designed: Designed, written: Array) -> dict[str, Any]:
+    """What belongs to the kind of answer."""
+    result = designed.result
     if isinstance(result, Front):
         losses = result.points[result.knee].losses
-        entries = {
-            "objectives": names_of(problem),
-            "losses": losses,
-            "points": len(result.points),
-            "knee": result.knee + 1,
+        front = {"objectives": names_of(problem.criterion), "losses": losses, "points": len(result.points)}
+        return {**front, "knee": result.knee + 1, "loss": None, "value": None, "gain": None, "alternatives": 0}
+    assert isinstance(result, Result)
+    loss = float(problem.objective.loss(written)) if not np.isfinite(result.best.loss) else result.best.loss
+    entries = {"loss": loss, "value": from_log(loss), "gain": result.gain, "alternatives": len(result.solutions) - 1}
+    return {**entries, **_design_entries(result.design)}
+
+
+def _part_entries(parts: tuple[Part, ...]) -> dict[str, Any]:
+    """What each part of the model got."""
+    told = [
+        {
+            "part": part.name,
+            "positions": len(part.settings),
+            "dropped": part.dropped,
+            "loss": None if part.result is None else part.result.best.loss,
+            "message": "" if part.result is None else part.result.message,
         }
-        entries |= {"loss": None, "gain": None, "alternatives": 0}
-    if isinstance(result, Result):
-        entries = {"loss": result.best.loss, "gain": result.gain, "alternatives": len(result.solutions) - 1}
-        entries |= _design_entries(result.design)
-    directory.write_result(
-        result.status,
-        result.message,
-        n=problem.n,
-        metrics=figures_of_merit(problem.information(result.program)),
-        evaluations=result.evaluations,
-        seconds=result.seconds,
-        certificate=None if certificate is None else certificate.entries(),
-        **entries,
-    )
+        for part in parts
+    ]
+    return {"parts": told} if told else {}
+
+
+def _smallest_entries(smallest: Smallest | None) -> dict[str, Any]:
+    return {} if smallest is None else smallest.recorded
 
 
 def _design_entries(design: ApproximateDesign | None) -> dict[str, Any]:
@@ -89,7 +151,7 @@ def _design_entries(design: ApproximateDesign | None) -> dict[str, Any]:
     if design is None:
         return {}
     entries = {
-        "value": math.exp(design.loss),
+        "value": from_log(design.loss),
         "loss": design.loss,
         "gap": design.gap,
         "efficiency": 1.0 / (1.0 + design.gap),

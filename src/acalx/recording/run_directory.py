@@ -11,6 +11,7 @@ import sys
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
+from functools import cache
 from importlib import metadata
 from pathlib import Path
 from typing import Any
@@ -27,7 +28,7 @@ __all__ = ["RunDirectory", "versions"]
 
 _RESULT = "result.json"
 # What every result has, also that of a run that failed before it began.
-_ALWAYS = {"n": None, "seed": None, "metrics": None, "loss": None, "evaluations": 0, "seconds": 0.0}
+_ALWAYS = {"n": None, "seed": None, "metrics": None, "loss": None, "value": None, "evaluations": 0, "seconds": 0.0}
 
 
 @dataclass(frozen=True)
@@ -72,7 +73,7 @@ class RunDirectory:
 
     @property
     def recorded(self) -> bool:
-        """Whether there is a result."""
+        """Whether a run has written its result.json here already."""
         return (self.path / _RESULT).exists()
 
     def remember(self, **entries: Any) -> None:
@@ -176,14 +177,15 @@ class RunDirectory:
         self.write_table(name, [*survey.names, "n", "loss_per_measurement"], rows)
 
     def write_table(self, name: str, header: Sequence[str], rows: Iterable[Sequence[Any]]) -> None:
-        """Write a CSV file."""
+        """Write a CSV file of the run: a header, then the rows, all of the same width."""
         with (self.path / name).open("w", encoding="utf-8", newline="") as file:
             writer = csv.writer(file, lineterminator="\n")
             writer.writerow(header)
             writer.writerows(rows)
 
 
-def versions() -> dict[str, str]:
+@cache
+def versions() -> Mapping[str, str]:
     """Versions of what a result depends on."""
     names = ("acalx", "numpy", "scipy", "pymoo", "hydra-core")
     found = {name: metadata.version(name) for name in names}

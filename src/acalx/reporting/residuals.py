@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 
-from acalx.numerics.arrays import Array
+from acalx.estimation import Calibration
 from acalx.reporting.figures import new_figure, save
 
 __all__ = ["draw_residuals"]
@@ -15,22 +14,15 @@ __all__ = ["draw_residuals"]
 _BLUE, _RED, _PALE = "#2a6f97", "#c8553d", "#b8c4d6"
 
 
-def draw_residuals(residual: Array, studentized: Array, noise: float, outlying: Sequence[int], directory: Path) -> None:
+def draw_residuals(calibration: Calibration, directory: Path) -> None:
     """Residuals by position, and whether they scatter as normal noise does.
 
-    Parameters
-    ----------
-    residual : array (n,), in g
-    studentized : array (n,)
-        In units of their own standard deviation.
-    noise : float, in g
-        Standard deviation; a band of two of them is shaded where it is known.
-    outlying : sequence of int
-        Numbers of positions, ringed.
-    directory : Path
+    A band of two standard deviations of the noise is shaded where that is known; positions that
+    the others contradict are ringed.
     """
     from scipy.special import ndtri
 
+    residual, studentized, noise = calibration.estimate.residual, calibration.studentized, calibration.noise
     figure, (left, right) = new_figure(9.6, 4.0, columns=2)
     numbers = np.arange(1, len(residual) + 1)
     milli = 1e3 * residual
@@ -39,7 +31,7 @@ def draw_residuals(residual: Array, studentized: Array, noise: float, outlying: 
     left.vlines(numbers, 0, milli, color=_BLUE, linewidth=1.0)
     left.plot(numbers, milli, "o", color=_BLUE, markersize=4)
     left.axhline(0.0, color="0.3", linewidth=0.8)
-    far = np.array(outlying, dtype=int)
+    far = np.array(calibration.outlying, dtype=int)
     left.plot(far, milli[far - 1], "o", markersize=11, fillstyle="none", color=_RED)
     left.locator_params(axis="x", integer=True)
     left.set_xlabel("position")

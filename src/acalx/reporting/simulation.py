@@ -1,4 +1,4 @@
-"""The figure of simulated calibrations."""
+"""What acalx.simulate shows of simulated calibrations: tables, verdicts, the figure."""
 
 from __future__ import annotations
 
@@ -8,9 +8,10 @@ from pathlib import Path
 import numpy as np
 
 from acalx.reporting.figures import PALE, SERIES, new_figure, save
-from acalx.simulation import Outcome
+from acalx.reporting.tables import align, units_line
+from acalx.simulation import Outcome, Simulated
 
-__all__ = ["draw_simulation"]
+__all__ = ["draw_simulation", "show"]
 
 _MARKERS = "osD^vPX*"
 
@@ -50,3 +51,72 @@ def draw_simulation(outcomes: Sequence[Outcome], directory: Path) -> None:
         axes.grid(visible=True, axis="y", color=PALE, linewidth=0.4)
     figure.legend(*left.get_legend_handles_labels(), loc="outside lower center", ncols=2, frameon=False, fontsize=9)
     save(figure, directory, "simulation")
+
+
+def show(simulated: Simulated) -> None:
+    """For each program what came out by group and by parameter, and whether theory predicts it."""
+    for outcome in simulated.outcomes.values():
+        print(f"{outcome.name}: {outcome.n} positions, {outcome.trials} trials\n")
+        print(f"{_groups(outcome)}\n\n{_parameters(outcome)}\n\n{outcome.summary()}\n{_relative(outcome)}\n")
+    print(f"s, theta and bias of groups are divided by the noise, {simulated.errors.noise:g}")
+    print(units_line(simulated.model.parameters))
+
+
+def _groups(outcome: Outcome) -> str:
+    """The table of the groups of parameters."""
+    rows = [["group", "s", "limits", "theta", "agree", "inequality", "predicted", "largest bias"]]
+    for group, entry in outcome.groups.items():
+        low, high = entry["s_limits"]
+        rows.append(
+            [
+                group,
+                f"{entry['s']:.4g}",
+                f"{low:.4g} to {high:.4g}",
+                f"{entry['theta']:.4g}",
+                "yes" if entry["as_predicted"] else "no",
+                _percent(entry.get("inequality")),
+                _percent(entry.get("inequality_predicted")),
+                f"{entry['bias'] / outcome.noise:.2g}",
+            ]
+        )
+    return align(rows)
+
+
+def _parameters(outcome: Outcome) -> str:
+    """The table of the parameters."""
+    percent = f"{100 * outcome.confidence:g} %"
+    rows = [["parameter", "bias", f"{percent} limits", "deviation", f"{percent} limits", "predicted", "", "covered"]]
+    for k, parameter in enumerate(outcome.information.parameters):
+        low, high = outcome.bias_limits[k]
+        least, most = outcome.deviation_limits[k]
+        rows.append(
+            [
+                parameter.name,
+                f"{outcome.bias[k]:+.2e}",
+                f"{low:+.2e} to {high:+.2e}",
+                f"{outcome.deviations[k]:.4g}",
+                f"{least:.4g} to {most:.4g}",
+                f"{outcome.predicted[k]:.4g}",
+                "" if outcome.as_predicted[k] else "outside",
+                f"{100 * outcome.coverage[k]:.1f} %",
+            ]
+        )
+    return align(rows)
+
+
+def _relative(outcome: Outcome) -> str:
+    """Error of the worst parameter relative to its own size, and a question where that is too large to be meant."""
+    errors = np.nan_to_num(outcome.relative_errors, posinf=0.0)  # of a parameter that is zero there is none
+    worst = int(errors.argmax())
+    name = outcome.information.parameters[worst].name
+    text = f"largest error relative to the parameter: {100 * errors[worst]:.3g} %, {name}"
+    if errors[worst] > 1.0:
+        text += (
+            "; more than the parameter itself: is the noise that of the sensor? It is errors.noise times what the "
+            "model says, as in model.gyro_noise_deg_h=0.001 model.accel_noise_g=1.02e-7"
+        )
+    return text
+
+
+def _percent(share: float | None) -> str:
+    return "-" if share is None else f"{100 * share:.2f} %"

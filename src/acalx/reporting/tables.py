@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from acalx.numerics.arrays import Array
+from acalx.quantities.magnitude import with_decimals, written_from_log
 from acalx.quantities.parameter import Parameter
 from acalx.stands import Stand
 
@@ -86,9 +87,9 @@ def figures_table(columns: Mapping[str, Mapping[str, Any]]) -> list[list[str]]:
     first = next(iter(columns.values()))
     rows = [["", *columns]]
     for key in ("D", "A", "E"):
-        rows.append([key, *(f"{metrics[key]:.6g}" for metrics in columns.values())])
+        rows.append([key, *(written_from_log(metrics[f"log_{key}"]) for metrics in columns.values())])
     for group in first["theta"]:
-        rows.append([f"theta {group}", *(f"{metrics['theta'][group]:.4f}" for metrics in columns.values())])
+        rows.append([f"theta {group}", *(with_decimals(metrics["theta"][group]) for metrics in columns.values())])
     for group in first["inequality"]:
         cells = [f"{100 * metrics['inequality'][group] + 0.0:.3f} %" for metrics in columns.values()]
         rows.append([f"inequality {group}", *cells])

@@ -1,16 +1,21 @@
-"""The figure of a validation."""
+"""What acalx.validate shows of a validation: tables and the figure."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 
 from acalx.numerics.arrays import Array
+from acalx.quantities.magnitude import significant
 from acalx.reporting.figures import new_figure, save
+from acalx.reporting.tables import align
+from acalx.validation import Compared, Validated
 
-__all__ = ["draw_validation"]
+__all__ = ["draw", "draw_validation", "show"]
+
+_MOST_SHOWN = 20
 
 _PALE, _COLORS = "#b8c4d6", ("#8d6b94", "#c8553d", "#2a6f97")
 
@@ -49,3 +54,57 @@ def draw_validation(before: Array, after: Array, programs: Sequence[tuple[str, f
     for axes in (left, right):
         axes.grid(visible=True, color=_PALE, linewidth=0.4)
     save(figure, directory, "validation")
+
+
+def draw(validated: Validated, directory: Path) -> None:
+    """The figure of all sensors together."""
+    before = np.concatenate([sensor.left_out.before for sensor in validated.sensors])
+    after = np.concatenate([sensor.left_out.after for sensor in validated.sensors])
+    programs = [(row.name, row.efficiency, row.rms_g) for row in validated.programs]
+    draw_validation(before, after, programs, directory)
+
+
+def show(validated: Validated) -> None:
+    """How right the calibration of each sensor is, their medians, and the programs that were compared."""
+    count = len(validated.sensors)
+    print(f"{_sensors(validated)}\n")
+    if count > _MOST_SHOWN:
+        print(f"... {count - _MOST_SHOWN} more in validation.csv\n")
+    if programs := validated.programs:
+        print(f"{_programs(programs)}\n")
+
+
+def _sensors(validated: Validated) -> str:
+    """A row for each sensor, and one for the medians of several."""
+    medians, count = validated.medians, len(validated.sensors)
+    ways = [key.removesuffix("_r_squared") for key in medians if key.endswith("_r_squared")]
+    rows = [["sensor", "positions"]]
+    for way in ways:
+        rows[0] += [f"{way.replace('_', ' ')} R^2", "rms mg"]
+    listed: list[tuple[str, str, Mapping[str, float]]]
+    listed = [(s.name, str(s.n), s.figures) for s in validated.sensors[:_MOST_SHOWN]]
+    if count > 1:
+        listed.append((f"median of {count}", "", medians))
+    for name, n, figures in listed:
+        row = [name, n]
+        for way in ways:
+            row += [f"{figures[f'{way}_r_squared']:.5f}", _milli(figures[f"{way}_rms_g"])]
+        rows.append(row)
+    return align(rows)
+
+
+def _programs(programs: Sequence[Compared]) -> str:
+    """A row for each choice of positions."""
+    rows = [["calibrated on the nearest to", "positions", "angle deg", "efficiency", "R^2", "rms mg"]]
+    for row in programs:
+        angle = "-" if np.isnan(row.angle_deg) else f"{row.angle_deg:.1f}"
+        r_squared = f"{row.r_squared:.5f}" if np.isfinite(row.r_squared) else "can't"
+        rms = _milli(row.rms_g) if np.isfinite(row.rms_g) else "-"
+        rows.append([row.name, str(row.n), angle, f"{row.efficiency:.3f}", r_squared, rms])
+    return align(rows)
+
+
+def _milli(value: float) -> str:
+    """A figure in g as thousandths, to four decimals, or to four digits where those would not show it."""
+    milli = 1e3 * value
+    return significant(milli) if 0.0 < milli < 1e-3 else f"{milli:.4f}"

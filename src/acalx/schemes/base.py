@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from acalx.errors import ArgumentError, CompatibilityError
+from acalx.errors import ArgumentError, CompatibilityError, Option
 from acalx.models import Composite, Joined, Model
 from acalx.numerics.arrays import Array
 from acalx.optimizers import Optimizer
@@ -17,7 +17,7 @@ from acalx.problem import Problem
 from acalx.search.account import Watch
 from acalx.search.result import Found, Result, Solution, Status
 
-__all__ = ["Designed", "Part", "Scheme", "joined_result", "kinds_of", "part_problem", "search_part"]
+__all__ = ["Composed", "Part", "Scheme", "joined_result", "kinds_of", "part_problem", "search_part"]
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,7 @@ class Part:
 
 
 @dataclass(frozen=True)
-class Designed:
+class Composed:
     """A program for a whole model.
 
     Parameters
@@ -64,6 +64,12 @@ class Scheme(ABC):
     Concrete schemes are frozen dataclasses of options.
     """
 
+    @property
+    def option(self) -> Option:
+        """The option by which a user asks for the scheme, for messages."""
+        name = type(self).__name__
+        return Option("scheme", name.lower(), f"{name}()")
+
     @abstractmethod
     def smallest_n(self, problem: Problem) -> int:
         """The fewest positions, with those that are fixed, that the scheme can do with."""
@@ -71,7 +77,7 @@ class Scheme(ABC):
     @abstractmethod
     def solve(
         self, problem: Problem, optimizer: Optimizer[Any], rng: np.random.Generator, watch: Watch | None = None
-    ) -> Designed:
+    ) -> Composed:
         """Design a program of at most n positions.
 
         Parameters
@@ -99,17 +105,24 @@ def kinds_of(scheme: Scheme, problem: Problem) -> dict[str, Model]:
     CompatibilityError
         There is one kind only, or several objectives, whose programs can't be joined.
     """
-    name = type(scheme).__name__.lower()
+    name, joint = scheme.option, Option("scheme", "joint", "Joint()")
     found: dict[str, list[Model]] = {}
     for model in _single(problem.model):
         found.setdefault(model.kind, []).append(model)
     if len(found) == 1:
         raise CompatibilityError(
-            f"scheme={name} designs for each kind of sensors separately, but model {type(problem.model).__name__} "
-            "has one kind only; use scheme=joint, or a model of several, such as model=platform or model=joined"
+            "{name} designs for each kind of sensors separately, but model {model} has one kind only; use {joint}, "
+            "or a model of several, such as {platform} or {joined}",
+            name=name,
+            model=type(problem.model).__name__,
+            joint=joint,
+            platform=Option("model", "platform", "Platform()"),
+            joined=Option("model", "joined", "Joined([...])"),
         )
     if len(problem.singles) > 1:
-        raise CompatibilityError(f"scheme={name} takes one criterion; for several objectives use scheme=joint")
+        raise CompatibilityError(
+            "{name} takes one criterion; for several objectives use {joint}", name=name, joint=joint
+        )
     return {kind: models[0] if len(models) == 1 else Joined(models) for kind, models in found.items()}
 
 
@@ -119,8 +132,11 @@ def part_problem(scheme: Scheme, problem: Problem, name: str, model: Model, n: i
         problem.criterion.check(model.parameters)
     except ArgumentError as error:
         raise CompatibilityError(
-            f"scheme={type(scheme).__name__.lower()} designs for the {name} alone, which the criterion does not fit: "
-            f"{error}; or use scheme=joint"
+            "{scheme} designs for the {name} alone, which the criterion does not fit: {why}; or use {joint}",
+            scheme=scheme.option,
+            name=name,
+            why=error,
+            joint=Option("scheme", "joint", "Joint()"),
         ) from error
     return replace(problem, model=model, n=n, fixed=fixed)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from acalx.errors import ArgumentError
+from acalx.errors import ArgumentError, Option
 
 __all__ = ["check_positions", "divide"]
 
@@ -14,7 +14,11 @@ def check_positions(positions: object) -> None:
     if positions is None:
         return
     if not isinstance(positions, Mapping) or not positions:
-        raise ArgumentError(f"positions={positions}: give numbers by kind, as in 'scheme.positions={{gyros: 10}}'")
+        raise ArgumentError(
+            "positions={given}: give numbers by kind, as in {example}",
+            given=positions,
+            example=Option("scheme.positions", {"gyros": 10}),
+        )
     for name, number in positions.items():
         if not isinstance(number, int) or isinstance(number, bool) or number < 0:
             raise ArgumentError(f"positions: {name}={number}: must be a whole number of positions")
@@ -52,8 +56,15 @@ def divide(
     if need > n or (need < n and not free):
         counts = {"fixed": held, **divided} if held else divided
         listed = ", ".join(f"{name} {number}" for name, number in counts.items())
-        remedy = f"give n={need} or more, or use scheme=joint" if free else f"give n={need}, or leave one of them out"
-        raise ArgumentError(f"n={n}: the parts have {need} positions together ({listed}); {remedy}")
+        rest = ", or leave one of them out" if not free else " or more, or use {joint}"
+        raise ArgumentError(
+            "{n}: the parts have {need} positions together ({listed}); give {enough}" + rest,
+            n=Option("n", n),
+            need=need,
+            listed=listed,
+            enough=Option("n", need),
+            joint=Option("scheme", "joint", "Joint()"),
+        )
     while held + sum(divided.values()) < n:
         divided[min(free, key=lambda name: divided[name] / weights[name])] += 1
     return divided

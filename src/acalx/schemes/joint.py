@@ -9,7 +9,7 @@ import numpy as np
 
 from acalx.optimizers import Optimizer
 from acalx.problem import Problem
-from acalx.schemes.base import Designed, Scheme
+from acalx.schemes.base import Composed, Scheme
 from acalx.search.account import Watch
 
 __all__ = ["Joint"]
@@ -30,6 +30,6 @@ class Joint(Scheme):
 
     def solve(
         self, problem: Problem, optimizer: Optimizer[Any], rng: np.random.Generator, watch: Watch | None = None
-    ) -> Designed:
+    ) -> Composed:
         """The optimizer's program for the whole problem."""
-        return Designed(optimizer.solve(problem, rng, watch))
+        return Composed(optimizer.solve(problem, rng, watch))

@@ -12,7 +12,7 @@ from acalx.models import Model
 from acalx.numerics.arrays import Array
 from acalx.optimizers import Optimizer
 from acalx.problem import Problem
-from acalx.schemes.base import Designed, Part, Scheme, joined_result, kinds_of, part_problem, search_part
+from acalx.schemes.base import Composed, Part, Scheme, joined_result, kinds_of, part_problem, search_part
 from acalx.schemes.division import check_positions, divide
 from acalx.search.account import Watch
 
@@ -52,14 +52,14 @@ class Parallel(Scheme):
         check_positions(self.positions)
 
     def smallest_n(self, problem: Problem) -> int:
-        """What all the kinds need together."""
+        """The fewest positions: what each kind needs alone, or is given, added up with those that are fixed."""
         given = self.positions or {}
         return problem.held + sum({**_least(problem, kinds_of(self, problem)), **given}.values())
 
     def solve(
         self, problem: Problem, optimizer: Optimizer[Any], rng: np.random.Generator, watch: Watch | None = None
-    ) -> Designed:
-        """Design for each kind, join the programs."""
+    ) -> Composed:
+        """Design a program for each kind alone, leave out positions that others serve, join the rest."""
         kinds = kinds_of(self, problem)
         weights = {name: model.smallest_n for name, model in kinds.items()}
         numbers = divide(problem.n, problem.held, _least(problem, kinds), weights, self.positions or {})
@@ -79,7 +79,7 @@ class Parallel(Scheme):
         if problem.fixed is not None:
             settings = np.concatenate([problem.fixed, settings])
         told = "; ".join(_told(part) for part in parts)
-        return Designed(joined_result(problem, settings, f"parallel: {told}", parts), tuple(parts))
+        return Composed(joined_result(problem, settings, f"parallel: {told}", parts), tuple(parts))
 
 
 def _least(problem: Problem, kinds: Mapping[str, Model]) -> dict[str, int]:

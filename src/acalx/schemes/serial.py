@@ -8,12 +8,12 @@ from typing import Any, final
 
 import numpy as np
 
-from acalx.errors import AcalxError, ArgumentError
+from acalx.errors import AcalxError, ArgumentError, Option
 from acalx.models import Model
 from acalx.numerics.arrays import Array
 from acalx.optimizers import Optimizer
 from acalx.problem import Problem
-from acalx.schemes.base import Designed, Part, Scheme, joined_result, kinds_of, part_problem, search_part
+from acalx.schemes.base import Composed, Part, Scheme, joined_result, kinds_of, part_problem, search_part
 from acalx.schemes.division import check_positions, divide
 from acalx.search.account import Watch
 
@@ -56,7 +56,11 @@ class Serial(Scheme):
     def __post_init__(self) -> None:
         check_positions(self.positions)
         if self.order is not None and (isinstance(self.order, str) or not isinstance(self.order, Sequence)):
-            raise ArgumentError(f"order={self.order}: give a list of kinds, as in scheme.order=[accels,gyros]")
+            raise ArgumentError(
+                "order={order}: give a list of kinds, as in {example}",
+                order=self.order,
+                example=Option("scheme.order", ["accels", "gyros"]),
+            )
 
     def smallest_n(self, problem: Problem) -> int:
         """What the first kind needs alone, and one for each further kind."""
@@ -67,8 +71,8 @@ class Serial(Scheme):
 
     def solve(
         self, problem: Problem, optimizer: Optimizer[Any], rng: np.random.Generator, watch: Watch | None = None
-    ) -> Designed:
-        """Design for each kind after the other."""
+    ) -> Composed:
+        """Design for each kind after the other, around the positions that are there already."""
         kinds = self._ordered(problem)
         weights, given = {name: model.smallest_n for name, model in kinds.items()}, self.positions or {}
         numbers = divide(problem.n, problem.held, _least(problem, kinds, given), weights, given)
@@ -94,7 +98,7 @@ class Serial(Scheme):
                 parts.append(Part(name, settings[:0], 0, None))
         assert settings is not None
         told = "; ".join(_told(part) for part in parts)
-        return Designed(joined_result(problem, settings, f"serial: {told}", parts), tuple(parts))
+        return Composed(joined_result(problem, settings, f"serial: {told}", parts), tuple(parts))
 
     def _ordered(self, problem: Problem) -> dict[str, Model]:
         """The kinds, the first one first."""

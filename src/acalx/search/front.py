@@ -19,8 +19,10 @@ from acalx.numerics.arrays import Array
 from acalx.problem import Problem
 from acalx.search.account import Account
 from acalx.search.agreement import distinct_solutions
-from acalx.search.goals import Aims, Runs
+from acalx.search.aims import Aims, Goals
+from acalx.search.lagrangian import Lagrangian
 from acalx.search.pareto import SAME, nondominated, spread
+from acalx.search.runs import Runs
 from acalx.search.starts import descend_from_many
 
 __all__ = ["FrontSearch", "lattice"]
@@ -99,6 +101,8 @@ class _Search:
     def __init__(self, options: FrontSearch, problem: Problem, account: Account) -> None:
         self.options, self.problem, self.account = options, problem, account
         self.k = len(problem.singles)
+        objectives = tuple(single.objective for single in problem.singles)
+        self.lagrangian = Lagrangian(objectives, problem.restrictions, (problem.n, problem.d))
         self.settings = np.empty((0, problem.n, problem.d))
         self.losses = np.empty((0, self.k))
         self.ideal = np.full(self.k, np.inf)
@@ -156,13 +160,14 @@ class _Search:
             unit = span.min()
             weights = np.where(np.arange(self.k) == owners[:, None], 1.0, weight)
             weights = np.concatenate([weights, spread_out * unit / span])
-            aims = Aims(weights, np.full(weights.shape, np.inf), np.ones(self.k), unit)
+            aims = Aims(weights, Goals(np.full(weights.shape, np.inf), np.ones(self.k), unit))
             every = np.arange(len(starts))
             if runs is None or self._strayed(losses[:count], owners):
-                runs = Runs(self.problem, aims, self.account, starts)
+                runs = Runs(self.lagrangian, aims, self.account, starts)
             else:
                 runs = runs.again(every, aims)
-            runs.descend(self.options.tolerance, self.options.iterations)
+            looser = 1.0 if weight == _WEIGHTS[-1] else _LOOSER
+            runs.descend(looser * self.options.tolerance, self.options.iterations)
             losses = runs.losses
             self.add(runs.settings, losses)
         assert runs is not None
@@ -249,7 +254,7 @@ class _Search:
     def _aims(self, targets: Array) -> Aims:
         unit = float(self.span.min())
         rates = self.span / unit
-        return Aims(np.broadcast_to(_SLIGHT / rates, targets.shape), targets, rates, unit)
+        return Aims(np.broadcast_to(_SLIGHT / rates, targets.shape), Goals(targets, rates, unit))
 
     def _merits(self, targets: Array, losses: Array) -> Array:
         """Of each of m losses for each of g goals, (g, m)."""

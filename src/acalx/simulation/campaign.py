@@ -91,7 +91,7 @@ class Campaign:
 
     @cached_property
     def outputs(self) -> int:
-        """Number k of readings in a position."""
+        """Number k of readings in a position, as of the axes of a triad."""
         return int(self.model.measurement(np.zeros(len(self.model.parameters)), self.nominal).shape[-1])
 
     def trials(self, begin: int, end: int) -> Trials:

@@ -187,6 +187,13 @@ class Outcome:
         share = 0.5 * (1 - self.confidence)  # of each of two tests
         return bool(min(self.bias_probability, self.scatter_probability) >= share)
 
+    def summary(self) -> str:
+        """One line on whether it agrees with theory, and how probable what came out is where it does."""
+        probabilities = f"{self.scatter_probability:.3g} (spread), {self.bias_probability:.3g} (bias)"
+        failed = f"; {self.moments.failed} trials did not settle" if self.moments.failed else ""
+        word = "agrees with theory" if self.agrees else "does not agree with theory"
+        return f"{self.name} {word}: probability {probabilities}{failed}"
+
     @cached_property
     def groups(self) -> Mapping[str, Mapping[str, Any]]:
         """By group: s and inequality, achieved and predicted, with their limits.
@@ -224,7 +231,7 @@ class Outcome:
         return bool(((low <= ratio) & (ratio <= high)).all())
 
     def entries(self) -> dict[str, Any]:
-        """All of it, for a file."""
+        """Verdicts, and all that is known of each group and parameter, for a file."""
         rows = zip(
             self.information.parameters,
             self.bias.tolist(),

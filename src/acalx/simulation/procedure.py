@@ -1,103 +1,168 @@
-"""The Monte Carlo: trials, estimates, statistics."""
+"""From a program to what calibrations with it are worth, by simulation."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import final
+
 import numpy as np
 
-from acalx.errors import ArgumentError
-from acalx.estimation import Estimate, Estimator, Iterated, Linear, Outputs, SingularError
-from acalx.models import Model, ScalarAccel
+from acalx.errors import ArgumentError, Option
+from acalx.estimation import Estimator
+from acalx.models import Model
 from acalx.numerics.arrays import Array
-from acalx.simulation.campaign import BLOCK, Campaign
-from acalx.simulation.outcome import Moments, Outcome
+from acalx.options import require_seed
+from acalx.planning.itinerary import Itinerary, check_order, itinerary
+from acalx.programs import Program, find_program
+from acalx.simulation.campaign import Campaign
+from acalx.simulation.monte_carlo import default_estimator, run_campaign
+from acalx.simulation.outcome import Outcome
+from acalx.simulation.sources import ErrorSources
+from acalx.stands import Stand
 
-__all__ = ["default_estimator", "simulate"]
-
-# Readings of about this many bytes are simulated at a time.
-_CHUNK_BYTES = 2**21
-_MOST_TRIALS = 10**8
-
-
-def default_estimator(model: Model) -> Estimator:
-    """Iterated least squares on the magnitude for the scalar calibration, of the outputs for other models."""
-    return Iterated() if isinstance(model, ScalarAccel) else Linear(residual=Outputs())
+__all__ = ["Simulated", "find_programs", "simulate"]
 
 
-def simulate(
-    campaign: Campaign,
-    estimator: Estimator,
-    trials: int,
-    name: str = "",
-    confidence: float = 0.95,
-    chunk: int | None = None,
-) -> Outcome:
-    """Simulate calibrations of so many sensors, each with errors of its own.
+@final
+@dataclass(frozen=True, eq=False)
+class Simulated:
+    """Outcomes of one or several programs with the same sensors and noise, and what was asked for.
 
     Parameters
     ----------
-    campaign : Campaign
-    estimator : Estimator
+    outcomes : mapping
+        From the name of each program to its outcome.
+    itineraries : mapping
+        From the name of each program to its positions in the order of visit.
+    model, stand, errors, estimator
+        As they were given; the estimator that suits the model where none was.
     trials : int
-        Two or more; 20000 tell standard deviations to 0.5 %.
-    name : str
-        Of the program, for messages.
+        Simulated with each program, also those that ended without an estimate.
+    order, dwell_s, confidence, seed
+        As they were given.
+    """
+
+    outcomes: Mapping[str, Outcome]
+    itineraries: Mapping[str, Itinerary]
+    model: Model
+    stand: Stand
+    errors: ErrorSources
+    estimator: Estimator
+    trials: int
+    order: str
+    dwell_s: float
+    confidence: float
+    seed: int
+
+    @property
+    def agrees(self) -> dict[str, bool]:
+        """By program: whether bias and covariance are what theory predicts, as far as so many trials can tell."""
+        return {name: outcome.agrees for name, outcome in self.outcomes.items()}
+
+    @property
+    def visits(self) -> dict[str, dict[str, float]]:
+        """By program: travel of the stand in degrees, and seconds on the way and in all."""
+        return {name: visit.entries(self.dwell_s) for name, visit in self.itineraries.items()}
+
+    def summary(self) -> str:
+        """The verdict on each program, in one line."""
+        return "; ".join(outcome.summary() for outcome in self.outcomes.values())
+
+
+def simulate(
+    programs: Program | str | Array | Sequence[Program | str | Array],
+    model: Model,
+    stand: Stand,
+    errors: ErrorSources,
+    *,
+    trials: int = 20000,
+    estimator: Estimator | None = None,
+    order: str = "given",
+    dwell_s: float = 60,
+    confidence: float = 0.95,
+    seed: int = 0,
+) -> Simulated:
+    """Simulate calibrations with one or several programs, and hold what comes out against theory.
+
+    All programs get the same sensors and, position by position, the same noise, so that what
+    differs between their outcomes is due to the programs.
+
+    Parameters
+    ----------
+    programs : Program, name or file of one, array (n, d) of settings, or a sequence of these
+        Settings in rad or the SI unit, as the stand has them.
+    model : Model
+    stand : Stand
+    errors : ErrorSources
+        All that goes wrong, and how much.
+    trials : int
+        Two or more with each program; 20000 tell standard deviations to 0.5 %.
+    estimator : Estimator, optional
+        `default_estimator` where it is not given.
+    order : str
+        Of visit, which matters with drift: ``given``, ``random`` (anew in each trial), ``shortest``.
+    dwell_s : float, s
+        In each position, for the total time.
     confidence : float
         Of limits, intervals and verdicts.
-    chunk : int, optional
-        So many trials at a time; it decides memory, not what comes out.
+    seed : int
+        The same seed gives the same sensors and noise.
 
     Raises
     ------
-    ArgumentError
-        Less than two trials, a confidence that is none.
+    ArgumentError, ProgramError
+        Options that are not acceptable; a program that there is not, or that is there twice.
     CompatibilityError
-        An estimator that the model does not go with.
+        Programs, errors or an estimator that do not go with the stand or the model.
     SingularError
         A program that can't show all the parameters.
     """
-    check_trials(trials)
-    if not (isinstance(confidence, float) and 0.5 <= confidence < 1.0):
-        raise ArgumentError(f"confidence={confidence}: give a probability from 0.5 to less than 1, such as 0.95")
-    model, n = campaign.model, campaign.n
-    estimator.residual.check(model)
-    information = model.information(campaign.nominal)
-    if information.singular:
-        unseen = information.inestimable()
-        raise SingularError(
-            f"{name}: its {n} positions can't estimate all the parameters; they can't see: {'; '.join(unseen)}", unseen
-        )
-    if chunk is None:
-        chunk = _CHUNK_BYTES // (8 * n * campaign.outputs)
-    chunk = BLOCK * max(1, chunk // BLOCK)
-    noise = campaign.sources.noise
-    moments = Moments(len(model.parameters))
-    for begin in range(0, trials, chunk):
-        part = campaign.trials(begin, min(begin + chunk, trials))
-        estimate = estimator.estimate(model, part.measurement, part.known)
-        half_widths = _half_widths(estimate, noise, confidence)
-        error = np.where(estimate.converged[:, None], estimate.parameters, np.nan) - part.parameters
-        for first in range(0, len(error), BLOCK):  # so that chunks add up to the same sums
-            block = slice(first, first + BLOCK)
-            moments.add(part.parameters[block], error[block], half_widths[block])
-    if moments.count < 2:
+    require_seed(seed)
+    check_order(order, dwell_s)
+    estimator = default_estimator(model) if estimator is None else estimator
+    outcomes, itineraries = {}, {}
+    for name, settings in _settings_of(programs, stand).items():
+        visit = itinerary(stand, settings, order, np.random.default_rng(seed))
+        campaign = Campaign(model, stand, visit.settings, errors, seed, order == "random")
+        outcomes[name] = run_campaign(campaign, estimator, trials, name, confidence)
+        itineraries[name] = visit
+    return Simulated(outcomes, itineraries, model, stand, errors, estimator, trials, order, dwell_s, confidence, seed)
+
+
+def find_programs(names: Sequence[str]) -> list[Program]:
+    """Published programs, or those in files, each once.
+
+    Raises
+    ------
+    ArgumentError, ProgramError
+        None at all, one that is there twice, one that there is not.
+    """
+    _check_names(names)
+    return [find_program(name) for name in names]
+
+
+def _check_names(names: Sequence[str]) -> None:
+    if not names:
         raise ArgumentError(
-            f"{name}: {moments.failed} of {trials} trials ended without an estimate; are the errors right?"
+            "{nothing}: give one program or more, as in {some}",
+            nothing=Option("program", []),
+            some=Option("program", ["icosahedron_12", "mine.csv"]),
         )
-    return Outcome(name, n, information, noise, moments, confidence)
+    for k, name in enumerate(names):
+        if name in names[:k]:
+            raise ArgumentError(f"program: {name} is there twice; once is right")
 
 
-def check_trials(trials: object) -> None:
-    """Raise ArgumentError unless it is a number of trials."""
-    if not isinstance(trials, int) or isinstance(trials, bool) or not 2 <= trials <= _MOST_TRIALS:
-        raise ArgumentError(f"trials={trials}: give a whole number of trials from 2 to {_MOST_TRIALS:,}, such as 20000")
-
-
-def _half_widths(estimate: Estimate, noise: float, confidence: float) -> Array:
-    """Half widths (T, p) of intervals as a calibration gives them: the noise estimated, where that is possible."""
-    from scipy.special import ndtri, stdtrit
-
-    tail = 0.5 * (1.0 + confidence)
-    if estimate.freedom > 0:
-        return np.asarray(stdtrit(estimate.freedom, tail) * estimate.standard_errors)
-    deviations = noise * estimate.information.standard_deviations
-    return np.broadcast_to(ndtri(tail) * deviations, estimate.parameters.shape)
+def _settings_of(programs: Program | str | Array | Sequence[Program | str | Array], stand: Stand) -> dict[str, Array]:
+    """Settings (n, d) of each program on the stand, by name; those of an array are checked as a program's are."""
+    given = [programs] if isinstance(programs, (Program, str, np.ndarray)) else list(programs)
+    found = []
+    for k, one in enumerate(given, 1):
+        if isinstance(one, np.ndarray):
+            name = "program" if len(given) == 1 else f"program {k}"
+            units = tuple(setting.unit for setting in stand.settings)
+            one = Program(name, name, name, one, stand.axes.names, settings_units=units)
+        found.append(find_program(one) if isinstance(one, str) else one)
+    _check_names([program.name for program in found])
+    return {program.name: program.settings_for(stand) for program in found}

@@ -9,7 +9,7 @@ from typing import TypeGuard, final
 
 import numpy as np
 
-from acalx.errors import ArgumentError, CompatibilityError
+from acalx.errors import ArgumentError, CompatibilityError, Option
 from acalx.models import Model
 from acalx.numerics.arrays import Array
 from acalx.quantities.parameter import Parameter, parameter_groups
@@ -103,14 +103,22 @@ class ErrorSources:
         for group, magnitude in self.parameters.items():
             if group not in groups and magnitude != 0.0:
                 raise CompatibilityError(
-                    f"errors.parameters has a group {group} that model {name} lacks; it has {', '.join(groups)}: "
-                    f"choose errors for this model, by errors=NAME, or give errors.parameters.{group}=0"
+                    "errors.parameters has a group {group} that model {model} lacks; it has {groups}: "
+                    "choose errors for this model, by {errors}, or give {none}",
+                    group=group,
+                    model=name,
+                    groups=", ".join(groups),
+                    errors=Option("errors", "NAME", "ErrorSources(...)"),
+                    none=Option(f"errors.parameters.{group}", 0),
                 )
         for group in groups:
             if group not in self.parameters:
                 raise CompatibilityError(
-                    f"how large are the true {group} of model {name}? Give +errors.parameters.{group}=1e-4, "
-                    "a standard deviation, or [1e-5,1e-4], the least and the largest magnitude"
+                    "how large are the true {group} of model {model}? Give {size}, "
+                    "a standard deviation, or [1e-5,1e-4], the least and the largest magnitude",
+                    group=group,
+                    model=name,
+                    size=Option(f"+errors.parameters.{group}", "1e-4", "1e-4"),
                 )
         if any(self.installation_arcsec) and not stand.axis_errors:
             raise CompatibilityError(

@@ -1,1 +1,16 @@
-"""How right a calibration is on positions that it has not seen."""
+"""How right a calibration is, by positions that it has not seen."""
+
+from acalx.validation.comparison import Compared, compare_programs, vertical_of
+from acalx.validation.procedure import Validated, ValidatedSensor, validate
+from acalx.validation.splits import Validation, held_out
+
+__all__ = [
+    "Compared",
+    "Validated",
+    "ValidatedSensor",
+    "Validation",
+    "compare_programs",
+    "held_out",
+    "validate",
+    "vertical_of",
+]

@@ -15,8 +15,9 @@ from acalx.numerics.arrays import Array
 from acalx.validation.splits import validate_splits
 from acalx.validation.subsets import best_positions, efficiency, nearest_positions, random_positions, random_turns
 
-__all__ = ["Compared", "compare_programs", "vertical_of"]
+__all__ = ["COMPARED", "Compared", "compare_programs", "median_of", "vertical_of"]
 
+COMPARED = ("angle_deg", "efficiency", "r_squared", "rms_g")
 _LEAST_TESTED = 2
 
 
@@ -78,26 +79,8 @@ def compare_programs(
     turns : int
         So many turns of each program as a whole are tried to find measured positions near it.
     """
-    readings, model, unit = calibration.readings, calibration.model, calibration.unit
-    directions = vertical_of(calibration)
-    total, least = readings.n, model.smallest_n
-    everything = np.arange(total)
-
-    def row(name: str, train: np.ndarray, angle: float) -> Compared:
-        """One choice (n,), or the median of several (s, n)."""
-        train = np.atleast_2d(train)
-        test = np.array([np.setdiff1d(everything, chosen) for chosen in train])
-        tested = validate_splits(readings, train, test, model, estimator, unit)
-        share = efficiency(directions[train], model)
-        return Compared(
-            name,
-            train.shape[1],
-            angle,
-            float(np.median(share)),
-            float(np.median(tested.r_squared)),
-            float(np.median(tested.rms)),
-        )
-
+    total, least = calibration.readings.n, calibration.model.smallest_n
+    model, directions = calibration.model, vertical_of(calibration)
     fitting = {name: p for name, p in programs.items() if least <= len(p) <= total - _LEAST_TESTED}
     rows = []
     numbers = sorted({len(p) for p in fitting.values()} | {n for n in subsets if least <= n <= total - _LEAST_TESTED})
@@ -105,13 +88,35 @@ def compare_programs(
         for name, program in fitting.items():
             if len(program) == n:
                 chosen, angles = nearest_positions(directions, program, random_turns(turns, rng))
-                rows.append(row(name, chosen, float(np.degrees(angles.mean()))))
-        rows.append(row(f"best {n} measured", best_positions(directions, n, model, criterion, rng), np.nan))
-        rows.append(row(f"random {n}, median", random_positions(total, n, random, rng), np.nan))
+                rows.append(_on_the_rest(name, chosen, float(np.degrees(angles.mean())), calibration, estimator))
+        best = best_positions(directions, n, model, criterion, rng)
+        rows.append(_on_the_rest(f"best {n} measured", best, np.nan, calibration, estimator))
+        others = random_positions(total, n, random, rng)
+        rows.append(_on_the_rest(f"random {n}, median", others, np.nan, calibration, estimator))
     return rows
+
+
+def median_of(rows: Sequence[Compared]) -> Compared:
+    """Medians of the figures of the same choice on several sensors."""
+    medians = (float(np.median([getattr(row, key) for row in rows])) for key in COMPARED)
+    return Compared(rows[0].name, rows[0].n, *medians)
 
 
 def vertical_of(calibration: Calibration) -> Array:
     """Unit vectors of the vertical in sensor axes, (n, 3), as the calibrated sensor felt it."""
     force = calibration.correction.apply(calibration.readings.means)
     return np.asarray(force / np.linalg.norm(force, axis=1, keepdims=True))
+
+
+def _on_the_rest(
+    name: str, train: np.ndarray, angle: float, calibration: Calibration, estimator: Estimator
+) -> Compared:
+    """Calibrated on chosen positions (n,), or the median of several choices (s, n), and tested on the others."""
+    readings, model = calibration.readings, calibration.model
+    train = np.atleast_2d(train)
+    everything = np.arange(readings.n)
+    test = np.array([np.setdiff1d(everything, chosen) for chosen in train])
+    tested = validate_splits(readings, train, test, model, estimator, calibration.unit)
+    share = efficiency(vertical_of(calibration)[train], model)
+    figures = (float(np.median(values)) for values in (share, tested.r_squared, tested.rms))
+    return Compared(name, train.shape[1], angle, *figures)

@@ -89,7 +89,7 @@ def best_positions(
 
 
 def random_positions(total: int, n: int, count: int, rng: np.random.Generator) -> np.ndarray:
-    """Indices (count, n) of random subsets."""
+    """Indices (count, n) of random choices of n among so many positions."""
     return rng.permuted(np.tile(np.arange(total), (count, 1)), axis=1)[:, :n]
 
 

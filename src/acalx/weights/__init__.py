@@ -2,7 +2,8 @@
 
 from acalx.weights.candidates import Candidates, Positions, Rows
 from acalx.weights.interior import Balance, balance, gap_of, sensitivities
-from acalx.weights.rounds import Master, Weights, newton_fits, optimal_weights
+from acalx.weights.master import Master, newton_fits
+from acalx.weights.rounds import Weights, optimal_weights
 from acalx.weights.support import alike, efficient_rounding, random_roundings, thinned
 
 __all__ = [

@@ -26,12 +26,12 @@ class Candidates(ABC):
 
     @abstractmethod
     def __len__(self) -> int:
-        """How many there are."""
+        """How many candidates there are, N."""
 
     @property
     @abstractmethod
     def parameters(self) -> tuple[Parameter, ...]:
-        """The p parameters."""
+        """The p parameters that the columns of the regressors belong to."""
 
     @property
     @abstractmethod
@@ -86,16 +86,16 @@ class Rows(Candidates):
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
-        """The names given."""
+        """The parameters as they were given with the rows."""
         return self.names
 
     @property
     def outputs(self) -> int:
-        """From the shape of the rows."""
+        """Number m of outputs in a position, from the shape of the rows."""
         return int(self.rows.shape[1])
 
     def regressors(self, index: slice | np.ndarray) -> Array:
-        """Some of the rows."""
+        """The rows (k, m, p) of some of the candidates."""
         return self.rows[index]
 
 
@@ -120,16 +120,16 @@ class Positions(Candidates):
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
-        """The model's."""
+        """The p parameters of the model."""
         return self.model.parameters
 
     @property
     def outputs(self) -> int:
-        """The model's."""
+        """Number m of outputs that the model has in a position."""
         return self.model.outputs
 
     def regressors(self, index: slice | np.ndarray) -> Array:
-        """The model's, at what the stand lets the sensor feel."""
+        """Regressors (k, m, p) of the model at what the stand lets the sensor feel."""
         settings = np.asfortranarray(self.settings[index])
         rows = self.model.regressors(self.stand.stimulus(settings))
         allowed = self.stand.axes.allows(settings)

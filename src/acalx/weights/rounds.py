@@ -9,7 +9,7 @@ of at least 1 / (1 + gap), where for a criterion with support S, trace(S M0) = 1
 
     1 + gap = trace(S B) + max over all the candidates of h S h'
 
-(for E the bound is log trace S in the place of the loss). See `acalx.bounds.certificate`.
+(for E the bound is log trace S in the place of the loss). See `acalx.bounds.bound`.
 
 Source: Kiefer and Wolfowitz (1960); Wynn (1970) for adding the worst; Yang, Biedermann, Tang,
 J. Amer. Statist. Assoc. 108 (2013) 1411 for optimal weights in every round.
@@ -17,24 +17,20 @@ J. Amer. Statist. Assoc. 108 (2013) 1411 for optimal weights in every round.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
-from acalx.criteria import Ceiling, Concave
+from acalx.criteria import Concave, Criterion, concave_of
 from acalx.errors import AcalxError, CompatibilityError
 from acalx.numerics.arrays import Array
 from acalx.quantities.information import Information
-from acalx.quantities.parameter import Parameter
 from acalx.weights.candidates import Candidates
-from acalx.weights.interior import Balance, balance, gap_of, sensitivities
-from acalx.weights.semidefinite import balance_semidefinite
+from acalx.weights.interior import gap_of, sensitivities
+from acalx.weights.master import Master, newton_master
 from acalx.weights.support import Cosines, thinned
 
-__all__ = ["Master", "Weights", "newton_fits", "optimal_weights"]
-
-Master = Callable[[Array, Array, float], Balance]
+__all__ = ["Weights", "optimal_weights"]
 
 _SAMPLE = 20_000
 _SAMPLE_GAP = 1e-3
@@ -83,7 +79,7 @@ class Weights:
 
 def optimal_weights(
     candidates: Candidates,
-    criterion: Concave,
+    criterion: Criterion,
     *,
     base: Array | None = None,
     tolerance: float = 1e-6,
@@ -96,16 +92,16 @@ def optimal_weights(
     Parameters
     ----------
     candidates : Candidates
-    criterion : Concave
+    criterion : Criterion
+        Concave, or a product of concave ones.
     base : array (p, p), optional
         Information of measurements already made, over the number of those to come.
     tolerance : float
         The gap at which it ends.
     rounds : int
         Most rounds over the candidates; what was reached by then is returned with its gap.
-    master : callable, optional
-        Optimal weights of a few positions, from their regressors (k, m, p), the base and the
-        gap that is wanted. None: Newton's method.
+    master : Master, optional
+        What finds the weights of a few positions; Newton's method where none is given.
     start : array of int, optional
         Numbers of candidates with which to start, such as those of a coarser solution. They
         must be able to estimate all the parameters.
@@ -113,45 +109,26 @@ def optimal_weights(
     Raises
     ------
     CompatibilityError
-        A criterion with kinks that says nothing of them, and no master.
+        A criterion that is not concave, or with kinks of which it says nothing, and no master.
     AcalxError
         Candidates that together can't estimate all the parameters.
     """
-    p = len(candidates.parameters)
-    if master is None:
-        master = _newton_master(criterion, candidates.parameters)
-    return _Search(candidates, criterion, np.zeros((p, p)) if base is None else base, master).run(
-        tolerance, rounds, start
-    )
-
-
-def newton_fits(criterion: Concave, p: int) -> bool:
-    """Whether Newton's method on the weights can do without another master for p parameters."""
-    if not isinstance(criterion, Ceiling):
-        return True
-    return criterion.inequality_matrix(p) is not None or criterion.smoothed() is not None
-
-
-def _newton_master(criterion: Concave, parameters: tuple[Parameter, ...]) -> Master:
-    """Newton's method, of the kind that the criterion admits."""
-    if not isinstance(criterion, Ceiling):
-        return lambda rows, base, tolerance: balance(rows, parameters, criterion, base=base, tolerance=tolerance)
-    inequality = criterion.inequality_matrix(len(parameters))
-    smooth = criterion.smoothed()
-    if inequality is None and smooth is not None:
-        return lambda rows, base, tolerance: balance(rows, parameters, smooth, base=base, tolerance=tolerance)
-    if inequality is None:
+    concave = concave_of(criterion)
+    if concave is None:
         raise CompatibilityError(
-            f"Newton's method on the weights needs a smooth criterion or a matrix inequality, and {criterion.label} "
-            "is neither; use d, a or e"
+            f"weights can't be optimized for criterion {criterion.label}, which does not say that it is convex; "
+            "use d, a or e, or derive the criterion from acalx.criteria.Concave"
         )
-    return lambda rows, base, tolerance: balance_semidefinite(
-        rows, parameters, criterion, inequality, base=base, tolerance=tolerance
-    )
+    parameters = candidates.parameters
+    there = np.zeros((len(parameters), len(parameters))) if base is None else base
+    search = _Search(candidates, concave, there, newton_master(concave, parameters) if master is None else master)
+    return search.run(tolerance, rounds, start)
 
 
 @dataclass
 class _Search:
+    """Candidates and the criterion by which weights are put on them, beside information that is there already."""
+
     candidates: Candidates
     criterion: Concave
     base: Array
@@ -191,9 +168,15 @@ class _Search:
             heavy = active[found.weights > _LIGHT * found.weights.max()]
             if best.gap <= tolerance or idle == _PATIENCE or np.isin(new, active).all():
                 break
-            active = np.union1d(heavy, new)
+            active = self._sufficient(np.union1d(heavy, new), np.union1d(active, new))
         assert best is not None
         return best
+
+    def _sufficient(self, few: np.ndarray, more: np.ndarray) -> np.ndarray:
+        """The few candidates if they can estimate all the parameters: an optimum may not need all of them."""
+        rows = self.candidates.regressors(few)
+        matrix = self.base + np.einsum("kma,kmb->ab", rows, rows) / len(few)
+        return more if Information(matrix, self.candidates.parameters).singular else few
 
     def _thinned(self, found: Weights, tolerance: float) -> Weights:
         """The same information from fewer candidates, where that costs nothing."""

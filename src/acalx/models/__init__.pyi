@@ -1,0 +1,13 @@
+from .base import Model as Model
+from .gyro_rate_table import GyroRateTable as GyroRateTable
+from .joined import Composite as Composite
+from .joined import Joined as Joined
+from .platform import Platform as Platform
+from .platform_accel import PlatformAccel as PlatformAccel
+from .platform_gyro import PlatformGyro as PlatformGyro
+from .polynomial import Polynomial as Polynomial
+from .polynomial import Term as Term
+from .scalar_accel import ScalarAccel as ScalarAccel
+from .scalar_accel_quadratic import ScalarAccelQuadratic as ScalarAccelQuadratic
+from .scalar_magnetometer import ScalarMagnetometer as ScalarMagnetometer
+from .vector_accel import VectorAccel as VectorAccel

@@ -1,0 +1,26 @@
+"""Which optimizer suits a problem where none is asked for."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from acalx import optimizers
+from acalx.optimizers import Optimizer
+from acalx.problem import Problem
+
+__all__ = ["default_optimizer", "suited"]
+
+
+def suited(*, several: bool, stepped: bool) -> str:
+    """The optimizer for several objectives or one criterion, on a stand with steps or without: its option's name."""
+    if several:
+        return "scalarized"
+    return "exchange" if stepped else "de"
+
+
+def default_optimizer(problem: Problem) -> Optimizer[Any]:
+    """The optimizer that `suited` names for a problem, with its default options."""
+    names = {"scalarized": "Scalarized", "exchange": "Exchange", "de": "DifferentialEvolution"}
+    name = suited(several=len(problem.singles) > 1, stepped=problem.stand.axes.stepped)
+    kind: type[Optimizer[Any]] = getattr(optimizers, names[name])  # the others are not imported
+    return kind()

@@ -1,0 +1,48 @@
+"""What a run of acalx.evaluate leaves in its directory."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from acalx.planning.evaluation import Evaluation
+from acalx.quantities.magnitude import from_log
+from acalx.recording.parts import described
+from acalx.recording.run_directory import RunDirectory
+
+__all__ = ["record", "singular_message"]
+
+
+def singular_message(evaluation: Evaluation) -> str:
+    """Why a program can't estimate all the parameters."""
+    return (
+        f"{evaluation.program.name}: its {evaluation.program.n} positions can't estimate all the parameters; "
+        f"they can't see: {'; '.join(evaluation.inestimable)}"
+    )
+
+
+def record(evaluation: Evaluation, directory: RunDirectory, seconds: float) -> None:
+    """Write program.csv, and result.json with the figures of merit and the certificate."""
+    directory.write_program(evaluation.stand, evaluation.settings)
+    directory.remember(
+        n=evaluation.program.n,
+        model=described(evaluation.model),
+        stand=described(evaluation.stand),
+        criterion=described(evaluation.criterion),
+        outside=evaluation.outside,
+        inestimable=evaluation.inestimable,
+    )
+    if evaluation.inestimable:
+        directory.write_result("singular", singular_message(evaluation), evaluations=1, seconds=seconds)
+        return
+    certificate = evaluation.certificate
+    loss = evaluation.loss
+    directory.write_result(
+        "ok",
+        evaluation.program.title,
+        metrics=evaluation.metrics,
+        loss=loss,
+        value=from_log(loss) if np.isfinite(loss) else None,
+        certificate=None if certificate is None else certificate.entries(),
+        evaluations=1,
+        seconds=seconds,
+    )

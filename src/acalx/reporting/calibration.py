@@ -1,0 +1,59 @@
+"""What acalx.calibrate shows of a calibration."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from acalx.estimation import Calibration
+from acalx.numerics.arrays import Array
+from acalx.quantities.magnitude import significant
+from acalx.reporting.tables import align
+
+__all__ = ["parameters_table", "show"]
+
+# Parameters are shown to so many decimals, or to more where standard errors are below the last of these.
+_DECIMALS, _MOST_DECIMALS = 6, 15
+
+
+def show(calibration: Calibration) -> None:
+    """The parameters with their accuracy, the correction, the fit, and what is to be said of them."""
+    correction = calibration.correction
+    print(f"{parameters_table(calibration)}\n")
+    print(f"specific force in g = matrix (reading - offset), readings in {correction.unit}")
+    cells = [[f"{value:+.9g}" for value in row] for row in correction.matrix]
+    matrix = [["matrix", "", "", "offset"], *([*c, f"{o:+.7g}"] for c, o in zip(cells, correction.offset, strict=True))]
+    print(f"{align(matrix)}\n")
+    print(calibration.summary())
+    for remark in calibration.remarks():
+        print(remark)
+
+
+def parameters_table(calibration: Calibration) -> str:
+    """Estimates with standard errors and intervals, a row for each parameter."""
+    estimate = calibration.estimate
+    rows = [["parameter", "unit", "estimate", "standard error", f"{100 * calibration.confidence:g} % interval"]]
+    decimals = _decimals(estimate.parameters, estimate.standard_errors)
+    for parameter, value, error, half in zip(
+        estimate.model.parameters,
+        estimate.parameters,
+        estimate.standard_errors,
+        calibration.half_widths,
+        strict=True,
+    ):
+        low, high = (f"{end:+.{decimals}f}" for end in (value - half, value + half))
+        interval = f"{low} to {high}" if np.isfinite(half) else "-"
+        shown = f"{error:.{decimals}f}" if decimals == _DECIMALS else significant(error)
+        row = [parameter.name, parameter.unit, f"{value:+.{decimals}f}", shown if np.isfinite(error) else "-"]
+        rows.append([*row, interval])
+    return align(rows)
+
+
+def _decimals(values: Array, errors: Array) -> int:
+    """Decimals with which the smallest standard error shows four digits; without any, the largest estimate."""
+    known = errors[np.isfinite(errors) & (errors > 0)]
+    smallest = float(known.min()) if len(known) else float(np.abs(values).max())
+    if smallest >= 10.0**-_DECIMALS or smallest == 0.0:
+        return _DECIMALS
+    return min(_MOST_DECIMALS, 3 - math.floor(math.log10(smallest)))

@@ -1,0 +1,13 @@
+"""The contract of each kind of part, for whoever writes one: call these from your own tests.
+
+Each function tries a part on random input and raises AssertionError with the name of the part
+and the rule that it broke. What a part itself raises comes through as it is.
+"""
+
+from acalx.testing.criteria import check_criterion
+from acalx.testing.models import check_model
+from acalx.testing.optimizers import check_optimizer
+from acalx.testing.schemes import check_scheme
+from acalx.testing.stands import check_stand
+
+__all__ = ["check_criterion", "check_model", "check_optimizer", "check_scheme", "check_stand"]

@@ -1,0 +1,104 @@
+"""Python can do what the command line can: the same program, to the byte, in a few lines."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import acalx
+from acalx.errors import ArgumentError, CompatibilityError
+from acalx.recording import RunDirectory
+from command import run
+
+README = (Path(__file__).parents[1] / "README.md").read_text(encoding="utf-8")
+# Command lines, each with the Python that does the same.
+PAIRS = re.findall(r"```sh\nacalx run ([^\n]*)\n```\n\n```python\n(import acalx\n.*?)```", README, re.DOTALL)
+
+
+def test_there_is_python_beside_the_command_lines():
+    together = " ".join(command for command, _ in PAIRS)
+    for option in ("certificate", "orient=", "order=", "n=auto", "optimizer=gradient"):
+        assert option in together
+    for _, code in PAIRS:
+        assert len([line for line in code.splitlines() if line.strip()]) <= 4
+
+
+@pytest.mark.parametrize(("command", "code"), PAIRS, ids=[command for command, _ in PAIRS])
+def test_the_same_program_from_python_as_from_the_shell(tmp_path, monkeypatch, capsys, command, code):
+    arguments = [argument.strip("'") for argument in re.findall(r"'[^']*'|\S+", command)]
+    outcome = run(tmp_path, *arguments, "figures=false")
+    assert outcome.status == 0, outcome.err
+    empty = tmp_path / "empty"
+    empty.mkdir()
+    monkeypatch.chdir(empty)
+    names: dict[str, acalx.Designed] = {}
+    exec(code, names)
+    designed = names["designed"]
+    assert list(empty.iterdir()) == []
+    assert capsys.readouterr() == ("", "")
+    RunDirectory(tmp_path / "python", []).write_program(designed.problem.stand, designed.program)
+    assert (tmp_path / "python" / "program.csv").read_bytes() == (outcome.directory / "program.csv").read_bytes()
+    assert (designed.certificate is None) == (outcome.result["certificate"] is None)
+    if designed.certificate is not None:
+        assert designed.certificate.efficiency == pytest.approx(outcome.result["certificate"]["efficiency"], rel=1e-12)
+
+
+def test_evaluate_gives_what_the_command_gives(tmp_path):
+    outcome = run(tmp_path, "program=faces_and_edges_18", "criterion=d", "figures=false", entry="evaluate")
+    evaluation = acalx.evaluate("faces_and_edges_18", acalx.TwoAxis(), acalx.ScalarAccel(), acalx.D())
+    assert evaluation.loss == outcome.result["loss"]
+    assert evaluation.metrics["theta"] == outcome.metrics["theta"]
+    assert evaluation.certificate.entries() == outcome.result["certificate"]
+
+
+def test_a_program_that_is_singular_or_out_of_reach_says_so():
+    table = acalx.TwoAxis(alpha1_deg=(-10, 100), alpha2_deg=(-45, 45))
+    evaluation = acalx.evaluate(np.zeros((9, 2)), table, acalx.ScalarAccel())
+    assert evaluation.status == "singular"
+    assert evaluation.inestimable
+    assert evaluation.loss == np.inf
+    outside = acalx.evaluate("icosahedron_12", table, acalx.ScalarAccel())
+    assert outside.outside
+    assert outside.certificate is None
+
+
+def test_errors_speak_of_arguments():
+    problem = acalx.Problem(acalx.TwoAxis(step_deg=15), acalx.ScalarAccel(), acalx.D(), n=9)
+    with pytest.raises(CompatibilityError, match=r"use optimizer=Exchange\(\)"):
+        acalx.design(problem, acalx.Gradient())
+    with pytest.raises(ArgumentError, match="seed"):
+        acalx.design(problem, seed=-1)
+    with pytest.raises(CompatibilityError, match="stops at steps only"):
+        acalx.design(problem, orient=acalx.A())
+
+
+def test_several_objectives_have_a_front_and_no_certificate():
+    problem = acalx.Problem(acalx.TwoAxis(), acalx.ScalarAccel(), acalx.Objectives([acalx.D(), acalx.A()]), n=9)
+    designed = acalx.design(problem, acalx.Scalarized(points=5, starts=8, seeds=2))
+    assert isinstance(designed.result, acalx.Front)
+    assert designed.certificate is None
+    with pytest.raises(ArgumentError, match="several objectives"):
+        acalx.design(problem, certificate=True)
+
+
+def test_an_order_dependent_model_is_called_what_it_is(tmp_path):
+    """Its loss is another when positions are sorted: no result that contradicts itself."""
+    (tmp_path / "drifting.py").write_text(
+        "import dataclasses\nimport numpy as np\nfrom acalx.models import Model, ScalarAccel\n\n\n"
+        "@dataclasses.dataclass(frozen=True)\nclass Drifting(Model):\n"
+        "    parameters = ScalarAccel().parameters\n    needs = ('specific_force',)\n\n"
+        "    def regressors(self, stimulus):\n"
+        "        rows = ScalarAccel().regressors(stimulus)\n"
+        "        n = rows.shape[-3]\n"
+        "        return rows / (1.0 + np.arange(n) / n)[:, None, None]\n"
+    )
+    model = ("model=custom", "model._target_=drifting.Drifting")
+    outcome = run(tmp_path, *model, "criterion=d", "optimizer=gradient", "n=12", "figures=false")
+    assert outcome.status == 1
+    assert outcome.result["status"] == "failed"
+    assert "order of the positions" in outcome.result["message"]
+    assert "order of the positions" in outcome.err
+    assert (outcome.directory / "program.csv").exists()
