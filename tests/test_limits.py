@@ -9,14 +9,18 @@ from hypothesis import strategies as st
 
 from acalx.bounds import bound as lower_bound
 from acalx.bounds import certify
-from acalx.bounds.relaxation import sensitivity
+from acalx.bounds.relaxation import relax, sensitivity
 from acalx.criteria import A, Criterion, D, E
 from acalx.errors import AcalxError, ArgumentError, CompatibilityError, PluginError
-from acalx.models import ScalarAccel
+from acalx.models import GyroRateTable, ScalarAccel
+from acalx.numerics.cosine import Cosines
+from acalx.numerics.supremum import Cells
 from acalx.optimizers import DifferentialEvolution, Exchange, Gradient
 from acalx.problem import Problem
 from acalx.programs import published
-from acalx.stands import TwoAxis
+from acalx.search.account import Account
+from acalx.search.descent import descend
+from acalx.stands import RateTable, TwoAxis
 from acalx.stands.zones import Box
 from command import evaluate, run
 from zones import cap
@@ -276,3 +280,69 @@ def test_a_bound_is_found_where_a_function_leaves_next_to_nothing(tmp_path):
     bound = problem(TwoAxis(forbidden_if=tight))
     best = Gradient(starts=8).solve(bound, np.random.default_rng(0)).best.settings
     assert certify(bound, best).gap >= -1e-9
+
+
+# ---------------------------------------------------------------- settings that are no angles
+
+RATES = {
+    "free": RateTable(),
+    "limited rates": RateTable(rate_deg_s=(-20, 90), alpha1_deg=(-30, 40)),
+    "steps of the rate": RateTable(rate_step_deg_s=20),
+    "boxes in the rate": RateTable(
+        forbidden=[{"rate_deg_s": (30, 60)}, {"rate_deg_s": (-10, 20), "alpha1_deg": (10, 200)}]
+    ),
+    "steps and a box": RateTable(rate_step_deg_s=10, forbidden=[{"rate_deg_s": (-100, -25), "alpha2_deg": (0, 180)}]),
+}
+
+
+@pytest.mark.parametrize("name", RATES)
+def test_no_program_beats_the_proved_bound_of_a_rate_table(name):
+    bound = Problem(RATES[name], GyroRateTable(), D(), 9)
+    least = lower_bound(bound)
+    assert least.status == "proved"
+    rng = np.random.default_rng(0)
+    if bound.stand.axes.stepped:  # the angles alone descend
+        best = descend(bound, bound.restrictions.random(rng, 64), account=Account())
+        loss, settings = best.loss.min(), best.settings[best.loss.argmin()]
+    else:
+        best = Gradient(starts=16).solve(bound, rng).best
+        loss, settings = best.loss, best.settings
+    assert bound.stand.axes.allows(settings, tolerance=1e-7).all()
+    assert least.loss <= loss + 1e-9
+    assert loss <= least.loss + 12.0  # nine positions for 21 parameters
+
+
+def test_what_plays_no_part_changes_no_bound():
+    for limits in ({}, {"alpha2_deg": (-45, 45)}):
+        at_rest, turning = (
+            lower_bound(Problem(kind(**limits), ScalarAccel(), D(), 9)) for kind in (TwoAxis, RateTable)
+        )
+        assert at_rest.status == turning.status == "proved"
+        assert turning.loss == pytest.approx(at_rest.loss, abs=1e-6)
+
+
+def test_the_sensitivity_of_a_rate_table_is_below_its_proved_peak_everywhere():
+    bound = Problem(RATES["boxes in the rate"], GyroRateTable(), A(), 12)
+    relaxation = relax(bound)
+    places = bound.stand.axes.random(np.random.default_rng(0), (20_000,))
+    assert sensitivity(bound, relaxation.support, places)[0].max() <= relaxation.peak + 1e-7
+
+
+def test_a_box_of_a_setting_without_turns_covers_nothing_beside_it():
+    (zone,) = TwoAxis(periodic=False, forbidden=[{"alpha1_deg": (100, 200)}]).zones
+    centers = np.radians([[50.0, 0.0], [150.0, 0.0], [250.0, 0.0], [105.0, 0.0]])
+    np.testing.assert_array_equal(zone.covers(centers, np.full((4, 2), np.radians(10.0))), [False, True, False, False])
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_boxes_of_angles_hold_what_they_are_of_a_variable(seed):
+    rng = np.random.default_rng(seed)
+    cosines = Cosines(np.array([[-3.0, 3.0], [-0.4, 1.6]]), (False, True))
+    values = np.sort(rng.uniform(-0.4, 1.6, 6))
+    np.testing.assert_allclose(np.sort(cosines.points(np.stack([values, cosines.angles(1, values)], -1))[:, 1]), values)
+    half = rng.uniform(0.01, 0.2, (50, 2))
+    cells = Cells(np.stack([rng.uniform(-3, 3, 50), rng.uniform(0.2, np.pi - 0.2, 50)], axis=-1), half)
+    taken = cosines.cells(cells)
+    for _ in range(20):
+        points = cosines.points(cells.centers + rng.uniform(-1, 1, half.shape) * half)
+        assert (np.abs(points - taken.centers) <= taken.half + 1e-12).all()

@@ -7,13 +7,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from acalx.criteria import D
 from acalx.errors import AcalxError, CompatibilityError, ProgramError
 from acalx.models import Platform, ScalarAccel
-from acalx.programs import Program, find_program, published, read_program
+from acalx.planning.metrics import best_published
+from acalx.problem import Problem
+from acalx.programs import Program, find_program, published, published_for, read_program
 from acalx.programs import reading as programs
 from acalx.quantities.information import Information
 from acalx.quantities.stimulus import Stimulus
-from acalx.stands import PlatformGimbals, Setting, Stand, TwoAxis
+from acalx.stands import PlatformGimbals, RateTable, Setting, Stand, TwoAxis
 
 # of an accelerometer triad, and of a platform
 PLATFORM_NAMES = tuple(name for name in published() if name.startswith("platform_"))
@@ -196,6 +199,30 @@ def test_angles_must_be_those_of_the_stand(names):
     program = Program("mine", "", "", settings=np.zeros((4, len(names))), settings_names=names)
     with pytest.raises(CompatibilityError, match=f"gives {names[0]}_deg.*TwoAxis needs alpha1_deg, alpha2_deg"):
         program.settings_for(TwoAxis())
+
+
+@pytest.mark.parametrize("name", ["egorov_2021_table_1", "icosahedron_12"])
+def test_what_is_no_angle_is_at_rest_unless_it_is_told(name, tmp_path):
+    program, table = find_program(name), RateTable()
+    settings = program.settings_for(table)
+    np.testing.assert_array_equal(settings, np.column_stack([program.settings_for(TwoAxis()), np.zeros(program.n)]))
+    assert table.axes.allows(settings).all()
+    assert not RateTable(rate_deg_s=(5, 10)).axes.allows(settings).any()
+    assert name in published_for(table)
+    read = read_program(written(tmp_path, "alpha2_deg,alpha1_deg\n10,20\n30,40\n"))
+    np.testing.assert_allclose(np.degrees(read.settings_for(table)), [[20, 10, 0], [40, 30, 0]])
+    told = read_program(written(tmp_path, "rate_deg_s,alpha2_deg,alpha1_deg\n7,10,20\n"))
+    np.testing.assert_allclose(np.degrees(told.settings_for(table)), [[20, 10, 7]])
+    only = read_program(written(tmp_path, "rate_deg_s,alpha1_deg\n7,10\n"))
+    with pytest.raises(CompatibilityError, match="RateTable needs alpha1_deg, alpha2_deg, rate_deg_s"):
+        only.settings_for(table)
+
+
+def test_the_best_published_program_is_found_for_a_table_at_rest():
+    problem = Problem(RateTable(), ScalarAccel(), D(), 9)
+    best = best_published(problem)
+    assert best is not None
+    assert best.name == best_published(Problem(TwoAxis(), ScalarAccel(), D(), 9)).name
 
 
 @pytest.mark.parametrize(

@@ -1,6 +1,13 @@
 from __future__ import annotations
 
+import ast
+import inspect
+import itertools
 import math
+import textwrap
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 import pytest
@@ -9,8 +16,11 @@ from hypothesis import strategies as st
 
 import parts
 from acalx.errors import ArgumentError, CompatibilityError
+from acalx.programs import find_program
 from acalx.quantities.units import DEGREE_PER_SECOND
-from acalx.stands import Setting, Stand, TwoAxis
+from acalx.stands import PlatformGimbals, RateTable, Rotary, Setting, Stand, TwoAxis
+from acalx.stands.fields import limits
+from acalx.stands.turns import UP, Vector
 from acalx.testing import check_stand
 
 NAN, INF = math.nan, math.inf
@@ -187,3 +197,117 @@ def test_the_magnetic_field_turns_with_the_vertical() -> None:
     np.testing.assert_allclose(level.magnetic_field, [[0, 1, 0]], atol=1e-15)
     with pytest.raises(ArgumentError, match="dip_deg=100: must be a number of degrees from -90 to 90"):
         TwoAxis(dip_deg=100)
+
+
+# ---------------------------------------------------------------- stands that are told by their axes
+
+
+@dataclass(frozen=True)
+class Tumbler(Rotary):
+    """A stand as its author writes it: a table that rolls about y, then about the sensor's own x, near a magnet."""
+
+    turns: ClassVar[Mapping[str, str]] = {"roll": "y", "spin": "x"}
+    surroundings: ClassVar[Mapping[str, Vector]] = {"specific_force": UP, "magnetic_field": (0.6, None, -0.8)}
+    roll_deg: Sequence[float] = limits(-180.0, 180.0)
+    spin_deg: Sequence[float] = (0.0, 360.0)
+
+
+def turned_about(*axes: str) -> Stand:
+    """A stand that feels gravity, with one angle about each axis."""
+    names = [f"angle{k}" for k in range(len(axes))]
+    body = {"turns": dict(zip(names, axes, strict=True)), "surroundings": {"specific_force": UP}}
+    return dataclass(frozen=True)(type("Turned", (Rotary,), body | {f"{name}_deg": (0.0, 360.0) for name in names}))()
+
+
+AXES = ("x", "y", "z", "-x", "-y", "-z")
+
+
+@pytest.mark.parametrize("axes", [*itertools.product(AXES, repeat=2), *itertools.product("xyz", repeat=3)], ids="".join)
+def test_stands_with_any_axes_keep_the_contract(axes: tuple[str, ...]) -> None:
+    stand = turned_about(*axes)
+    check_stand(stand)
+    outer, inner = axes[0][-1], axes[1][-1]
+    if len(axes) == 2 and outer != "z" and outer != inner:
+        assert len(stand.equivalents(np.zeros((1, 2)))) == 2
+        assert np.abs(stand.aim(np.eye(3))).max() <= 2 * math.pi
+    else:
+        with pytest.raises(CompatibilityError, match="can't be aimed at directions"):
+            stand.aim(np.eye(3))
+
+
+def test_a_turn_is_a_rotation_of_the_axes() -> None:
+    rng = np.random.default_rng(0)
+    for axis in AXES:
+        angle = rng.uniform(-3.0, 3.0)
+        k, sign = "xyz".index(axis[-1]), -1.0 if axis[0] == "-" else 1.0
+        c, s = math.cos(angle), sign * math.sin(angle)
+        matrix = np.roll([[1, 0, 0], [0, c, s], [0, -s, c]], (k, k), axis=(0, 1))
+        force = turned_about(axis).stimulus(np.array([[angle]])).specific_force
+        np.testing.assert_allclose(force, [matrix @ [0.0, 0.0, 1.0]], atol=1e-15)
+
+
+def test_a_stand_of_few_lines_has_it_all() -> None:
+    stand = Tumbler(step_deg=(15, None), forbidden=[{"roll_deg": (10, 20)}], speed_deg_s=(5, 20))
+    check_stand(stand)
+    assert stand.axes.columns == ("roll_deg", "spin_deg")
+    assert stand.axes.forbids(np.radians([15.0, 0.0]))
+    np.testing.assert_allclose(np.degrees(stand.speeds), [5, 20])
+    assert stand == Tumbler(step_deg=(15, None), forbidden=[{"roll_deg": (10, 20)}], speed_deg_s=(5, 20))
+    with pytest.raises(ArgumentError, match=r"spin_deg=\[0, 400\]: a periodic angle spans 360"):
+        Tumbler(spin_deg=(0, 400))
+    with pytest.raises(ArgumentError, match=r"roll_deg=3: give a lower and an upper limit in degrees, as in roll_deg="):
+        Tumbler(roll_deg=3)
+
+
+def code_lines(kind: type) -> int:
+    """Lines of a class that hold code: no documentation, no comments, no blank ones, each statement on one."""
+    tree = ast.parse(textwrap.dedent(inspect.getsource(kind)))
+    for node in ast.walk(tree):
+        if isinstance(node, (ast.ClassDef, ast.FunctionDef)) and ast.get_docstring(node) is not None:
+            del node.body[0]
+    return sum(1 for line in ast.unparse(tree).splitlines() if line.strip())
+
+
+@pytest.mark.parametrize("kind", [TwoAxis, PlatformGimbals, RateTable, Tumbler])
+def test_a_stand_takes_no_more_than_25_lines(kind: type) -> None:
+    assert 5 <= code_lines(kind) <= 25
+
+
+def test_what_only_depends_on_the_vertical_has_another_pair_of_angles() -> None:
+    settings = np.radians([[20.0, 30.0, 40.0]])
+    np.testing.assert_allclose(np.degrees(RateTable().equivalents(settings)[1]), [[160, 210, 40]])
+    assert len(PlatformGimbals().equivalents(settings[:, :2])) == 1
+    assert len(PlatformGimbals(latitude_deg=90).equivalents(settings[:, :2])) == 2  # the rate is vertical there
+    assert len(TwoAxis(dip_deg=65).equivalents(settings[:, :2])) == 1
+
+
+def test_the_rate_is_at_rest_where_directions_are_given() -> None:
+    program = find_program("icosahedron_12")
+    settings = program.settings_for(RateTable())
+    np.testing.assert_array_equal(settings[:, :2], program.settings_for(TwoAxis()))
+    assert not settings[:, 2].any()
+    assert RateTable().axes.allows(settings).all()
+    assert not RateTable(rate_deg_s=(10, 50)).axes.allows(settings).any()
+
+
+def test_options_are_said_as_arguments() -> None:
+    with pytest.raises(ArgumentError, match=r"as in alpha1_deg=\(-180, 180\)"):
+        TwoAxis(alpha1_deg=5)  # type: ignore[arg-type]
+    with pytest.raises(ArgumentError, match=r"or step_deg=None for none"):
+        TwoAxis(step_deg="x")  # type: ignore[arg-type]
+    with pytest.raises(ArgumentError, match=r"forbidden=\[\{'alpha1_deg': \(80, 100\), 'alpha2_deg'"):
+        TwoAxis(forbidden="x")  # type: ignore[arg-type]
+
+
+def test_a_stand_that_is_no_dataclass_has_the_options_too() -> None:
+    class Plain(Stand):
+        settings = (Setting("roll", 0.0, 1.0), Setting("rate", -1.0, 1.0, None, False, DEGREE_PER_SECOND))
+
+        def stimulus(self, settings):  # type: ignore[no-untyped-def]
+            raise NotImplementedError
+
+    stand = Plain(forbidden=[{"roll_deg": (10, 20)}], speed_deg_s=20)
+    assert stand.axes.forbids(np.radians([15.0, 0.0]))
+    assert stand.speeds.tolist() == [math.radians(20.0), INF]
+    assert Plain().axes.allows(np.radians([15.0, 0.0]))
+    assert Plain() != Plain()

@@ -84,6 +84,43 @@ class Mirrored(Table):
         return TwoAxis().aim(-directions)
 
 
+class Lost(Table):
+    def aim(self, directions: Array) -> Array:
+        return TwoAxis().aim(directions)[..., :1]
+
+
+class Unlike(Table):
+    def equivalents(self, settings: Array) -> Array:
+        return np.stack([settings, settings + 0.1])
+
+
+class Swapped(Table):
+    def equivalents(self, settings: Array) -> Array:
+        return TwoAxis().equivalents(settings)[::-1]
+
+
+class Outside(Table):
+    settings = TwoAxis(alpha1_deg=(-90, 90)).settings
+
+    def equivalents(self, settings: Array) -> Array:
+        return TwoAxis().equivalents(settings)
+
+
+class Bent(Table):
+    axis_errors = ("tilt",)
+
+    def misaligned(self, settings: Array, errors: Array) -> Stimulus:
+        return TwoAxis().stimulus(settings + errors + 0.01)
+
+
+class Stiff(Table):
+    axis_errors = ("tilt",)
+
+
+class Tireless(Table):
+    speeds = np.array([1.0, 0.0])
+
+
 @pytest.mark.parametrize(
     ("stand", "message"),
     [
@@ -94,6 +131,13 @@ class Mirrored(Table):
         (HalfTurn(), "HalfTurn breaks a rule: a periodic setting a turn on gives the same specific_force"),
         (Strayed(), "Strayed breaks a rule: random is finite"),
         (Mirrored(), "Mirrored breaks a rule: aim brings the vertical where it is told"),
+        (Lost(), r"Lost breaks a rule: aim has shape \(3, 5, 2\), got \(3, 5, 1\)"),
+        (Unlike(), "Unlike breaks a rule: equivalent settings give the same specific_force"),
+        (Swapped(), "Swapped breaks a rule: the given settings come first among the equivalent ones"),
+        (Outside(), "Outside breaks a rule: equivalent settings are ones that the stand allows"),
+        (Bent(), "Bent breaks a rule: axes off by nothing change nothing of specific_force"),
+        (Stiff(), "Stiff breaks a rule: axes that are off change what is felt"),
+        (Tireless(), "Tireless breaks a rule: speeds are positive"),
     ],
     ids=lambda value: type(value).__name__,
 )

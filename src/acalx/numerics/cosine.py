@@ -40,7 +40,7 @@ class Cosines:
         return points
 
     def angles(self, axis: int, values: Array) -> Array:
-        """Angles for values (k,) of one coordinate within its limits, ascending where the values are."""
+        """Angles (k,), ascending, for ascending values (k,) of one coordinate within its limits."""
         if not self.written[axis]:
             return values
         middle, half = self.limits[axis].mean(), 0.5 * np.ptp(self.limits[axis])
@@ -48,10 +48,5 @@ class Cosines:
 
     def cells(self, cells: Cells) -> Cells:
         """What boxes of angles are as boxes of points."""
-        # the cosine falls from 0 to pi
-        beyond = np.where(self.written, -cells.half, cells.half)
-        inside = [
-            np.where(self.written, np.clip(a, 0.0, np.pi), a) for a in (cells.centers - beyond, cells.centers + beyond)
-        ]
-        lower, upper = map(self.points, inside)
-        return Cells(0.5 * (lower + upper), 0.5 * (upper - lower))
+        begin, end = self.points(cells.centers - cells.half), self.points(cells.centers + cells.half)
+        return Cells(0.5 * (begin + end), 0.5 * np.abs(end - begin))

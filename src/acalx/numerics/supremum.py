@@ -117,7 +117,7 @@ def supremum(
     outside : callable, optional
         Says of cells which of them need not be looked at, (k,).
     finest : float, in rad
-        Cells of no more than this half width are not split.
+        Cells are not split in angles in which their half width is no more than this.
     """
     series = _Series(function, degrees)
     total, settled = 0, target
@@ -137,7 +137,9 @@ def supremum(
         settled = max(settled, float(highest[ended].max(initial=-np.inf)))
         above = highest > settled
         cells, added = cells.select(above), added[above]
-        which = (added >= _MATTERS * added.max(axis=1, keepdims=True)) & (cells.half > finest)
+        wide = cells.half > finest
+        added = np.where(wide, added, 0.0)
+        which = wide & (added >= _MATTERS * added.max(axis=1, keepdims=True))
         if total + int((2 ** which.sum(axis=1)).sum()) > _MOST_CELLS:
             return Supremum(max(settled, float(highest.max())), total)
         cells = cells.split(which)
@@ -168,7 +170,7 @@ class _Series:
             self.left_out += float(rest)
 
     def highest(self, centers: Array, half: Array) -> tuple[Array, Array]:
-        """Upper bounds (k,) on cells around centers (k, d) with half widths (k, d), and what each angle adds, (k, d)."""
+        """Upper bounds (k,) on cells with centers and half widths (k, d), and what each angle adds to them, (k, d)."""
         d = half.shape[1]
         phases = [np.exp(1j * np.outer(centers[:, k], self.orders[k])) for k in range(d)]
         unit = np.eye(d, dtype=int)

@@ -72,8 +72,7 @@ class RateTable(Rotary):
     @cached_property
     def settings(self) -> tuple[Setting, ...]:
         """The two angles of the fixture, and the rate."""
-        rate = Setting.in_unit("rate", self.rate_deg_s, self.rate_step_deg_s, False, DEGREE_PER_SECOND)
-        return (*self.angles, rate)
+        return (*self.angles, Setting.in_unit("rate", self.rate_deg_s, self.rate_step_deg_s, False, DEGREE_PER_SECOND))
 
     def stimulus(self, settings: Array) -> Stimulus:
         """The vertical and the rate in sensor axes: settings (..., n, 3) in rad and rad/s."""

@@ -108,7 +108,8 @@ class Rotary(Stand):
     def aim(self, directions: Array) -> Array:
         """Settings for directions of the vertical in sensor axes, (..., n, 3) to (..., n, d), at rest.
 
-        Two pairs of angles show the same vertical; it is the first that the limits allow.
+        Two pairs of angles show the same vertical; it is the first that the limits allow. Settings
+        that are no angles are at rest, 0.
 
         Raises
         ------
@@ -118,19 +119,15 @@ class Rotary(Stand):
         if not self._aimable:
             return super().aim(directions)
         (_, outer), (u, v) = self._planes
-        kept = 3 - u - v  # what the inner turn leaves alone
-        sign = 1.0 if outer == 2 else -1.0  # what the outer one makes of its sine
-        along, across = directions[..., kept], np.hypot(directions[..., u], directions[..., v])
-        angles = (
-            np.arctan2(sign * across, along) if kept == 2 else np.arctan2(sign * along, across),
-            # in the plane of the inner turn the outer one left the component that is not level with its axis
-            np.arctan2(directions[..., u], directions[..., v])
-            if v != self._outer_axis
-            else np.arctan2(-directions[..., v], directions[..., u]),
-        )
-        first = np.stack(angles, axis=-1)
-        first = np.where(np.abs(first) < _ZERO, 0.0, first)
-        return self._either(first, self._other(first), free=across < _ALONG)
+        kept = 3 - u - v  # the component that the inner turn leaves alone
+        sign = 1.0 if outer == 2 else -1.0  # of the sine in the other one that the outer turn gives the vertical
+        first, second = directions[..., u], directions[..., v]
+        along, across = directions[..., kept], np.hypot(first, second)
+        outer_angle = np.arctan2(sign * across, along) if kept == 2 else np.arctan2(sign * along, across)
+        inner_angle = np.arctan2(-second, first) if v == self._outer_axis else np.arctan2(first, second)
+        angles = np.stack([outer_angle, inner_angle], axis=-1)
+        angles = np.where(np.abs(angles) < _ZERO, 0.0, angles)
+        return self._either(angles, self._other(angles), free=across < _ALONG)
 
     def equivalents(self, settings: Array) -> Array:
         """The two pairs of angles that show the same vertical, where nothing else is felt; those given first."""

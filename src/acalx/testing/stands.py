@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from acalx.errors import CompatibilityError
+from acalx.numerics.arrays import Array
 from acalx.stands import Setting, Stand
 from acalx.testing.rules import (
     STACKS,
@@ -20,7 +22,7 @@ __all__ = ["check_stand"]
 
 
 def check_stand(stand: Stand, *, seed: int = 0) -> None:
-    """Check a stand: limits, random and wrapped settings, stimulus, derivative, aim.
+    """Check a stand: limits, random and wrapped settings, stimulus, derivative, aim, equivalents, axes off, speeds.
 
     Parameters
     ----------
@@ -50,6 +52,50 @@ def check_stand(stand: Stand, *, seed: int = 0) -> None:
                 require_close(stand, f"a periodic setting a turn on gives the same {name}", other, value, 1e-9)
         exact, numerical = stand.derivative(angles), Stand.derivative(stand, angles)
         require_derivative(stand, exact, numerical, (*shape, 3, len(settings)))
-        if stimulus.specific_force is not None and type(stand).aim is not Stand.aim:
-            force = arrays(stand.stimulus(stand.aim(stimulus.specific_force)))[0]
-            require_close(stand, "aim brings the vertical where it is told", force, stimulus.specific_force, 1e-7)
+        if stimulus.specific_force is not None:
+            _check_aim(stand, stimulus.specific_force)
+        for program in angles.reshape(-1, N, len(settings))[:1]:
+            _check_equivalents(stand, program)
+            _check_misaligned(stand, program)
+    speeds = stand.speeds
+    require(np.shape(speeds) == (len(settings),), stand, f"there is a speed for each setting, got {speeds}")
+    require(bool((speeds > 0).all()), stand, "speeds are positive")
+
+
+def _check_aim(stand: Stand, directions: Array) -> None:
+    """Settings for directions (..., n, 3), where the stand can be aimed; those that are no angles are at rest."""
+    try:
+        aimed = stand.aim(directions)
+    except CompatibilityError:
+        return
+    require_shape(stand, "aim", aimed, (*directions.shape[:-1], len(stand.settings)))
+    force = dict(stand.stimulus(aimed).quantities())["specific_force"]
+    require_close(stand, "aim brings the vertical where it is told", force, directions, 1e-7)
+    moving = aimed[..., [not setting.angle for setting in stand.settings]]
+    require(not moving.any(), stand, "aim leaves settings that are no angles at rest")
+
+
+def _check_equivalents(stand: Stand, program: Array) -> None:
+    """Other settings for those of a program (n, d)."""
+    ways = stand.equivalents(program)
+    require_shape(stand, "equivalents", ways, (len(ways), *program.shape))
+    require(np.array_equal(ways[0], program), stand, "the given settings come first among the equivalent ones")
+    require(bool(stand.axes.allows(ways).all()), stand, "equivalent settings are ones that the stand allows")
+    wanted = dict(stand.stimulus(program).quantities())
+    for name, felt in stand.stimulus(ways).quantities():
+        expected = np.broadcast_to(wanted[name], felt.shape)
+        require_close(stand, f"equivalent settings give the same {name}", felt, expected, 1e-9)
+
+
+def _check_misaligned(stand: Stand, program: Array) -> None:
+    """What is felt for a program (n, d) where the axes are off, by nothing and by each of the errors alone."""
+    wanted, count = dict(stand.stimulus(program).quantities()), len(stand.axis_errors)
+    felt = dict(stand.misaligned(program, np.zeros((2, 1, count))).quantities())
+    for name, value in wanted.items():
+        value = np.broadcast_to(value, (2, *value.shape))
+        got = np.broadcast_to(felt[name], value.shape)
+        require_close(stand, f"axes off by nothing change nothing of {name}", got, value, 1e-9)
+    if count:
+        off = dict(stand.misaligned(program, np.full((2, 1, count), 0.1)).quantities())
+        changed = [np.abs(off[name] - value).max() for name, value in wanted.items()]
+        require(max(changed) > 1e-6, stand, "axes that are off change what is felt")
