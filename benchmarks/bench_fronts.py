@@ -105,7 +105,7 @@ def test_scalarized_beside_nsga2_alone(comparison, names, n, second, times):
     ideal, rounds, theirs, points = np.array(alone), 9, [], []
 
     def ours(seed: int) -> None:
-        front = np.array([point.losses for point in Scalarized().solve(problem, np.random.default_rng(seed)).front])
+        front = np.array([point.losses for point in Scalarized().solve(problem, np.random.default_rng(seed)).points])
         assert (front.min(axis=0) <= ideal + NEAR).all()
         assert len(nondominated(front)) == len(front)
         points.append(len(front))
@@ -129,7 +129,7 @@ def test_nsga2_with_its_polish(comparison):
     theirs = []
 
     def ours(seed: int) -> None:
-        front = np.array([point.losses for point in NSGA2().solve(problem, np.random.default_rng(seed)).front])
+        front = np.array([point.losses for point in NSGA2().solve(problem, np.random.default_rng(seed)).points])
         assert (front.min(axis=0) <= ideal + 2e-6).all()
 
     def in_the_middle(seed: int) -> None:

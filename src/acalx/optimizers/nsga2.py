@@ -45,7 +45,8 @@ class NSGA2(Optimizer[Front]):
     A whole population is evaluated in one call. Evolution alone stays some thousandths above
     the front and does not reach its ends; the polish goes on from its programs as
     `Scalarized` does, so that the ends are as good as under each objective alone. On a
-    stand with steps the ends are polished from stop to stop and the rest is as it evolved.
+    stand with steps the ends are polished from stop to stop and the rest is as it evolved; what
+    has steps varies by whole numbers of them, what has none beside it freely.
 
     Parameters
     ----------

@@ -39,7 +39,8 @@ _COARSE = 9
 _SWEEPS = 4
 # Ranges of losses that are smaller are no conflict.
 _NO_RANGE = 1e-5
-# Tolerance between the ends, over that at the ends: a loss changes by the square of a slope that is left.
+# Tolerance between the ends, and on the way to them, over that at the ends: a loss changes by the square of a slope
+# that is left.
 _LOOSER = 100.0
 # Weight of all the losses beside a goal, so that none is larger than it needs to be.
 _SLIGHT = 1e-4

@@ -11,12 +11,13 @@ import numpy as np
 from acalx.criteria.answers import loss_of
 from acalx.errors import CompatibilityError
 from acalx.numerics.arrays import Array
-from acalx.problem import Problem
+from acalx.problem import Problem, Response
 from acalx.quantities.exchanged import Exchanged
 from acalx.quantities.information import Information
 from acalx.search.account import Account
 from acalx.search.descent import Descent
 from acalx.stands import Grid, grid_over
+from acalx.stands.axes import Axes
 
 __all__ = ["Candidates", "candidates_of", "descend_swaps", "nearest"]
 
@@ -48,15 +49,15 @@ class Candidates:
     regressors: Array
 
     @classmethod
-    def of(cls, problem: Problem, settings: Array) -> Candidates:
+    def of(cls, response: Response, settings: Array) -> Candidates:
         """Those settings (k, d), each information once: a table reaches most directions by two pairs of angles."""
-        regressors = problem.response.regressors(settings)
+        regressors = response.regressors(settings)
         rows = np.round(regressors.reshape(len(settings), -1), _DIGITS) + 0.0
         _, first = np.unique(rows, axis=0, return_index=True)
         first.sort()
         return cls(settings[first], regressors[first])
 
-    def choices(self, problem: Problem, settings: Array) -> tuple[Array, Array]:
+    def choices(self, settings: Array) -> tuple[Array, Array]:
         """The same for all positions."""
         return self.settings, self.regressors
 
@@ -65,27 +66,30 @@ class Candidates:
 class _OneAngle:
     """One angle of a position set to others of its stops."""
 
+    response: Response
     axis: int
     stops: Array
 
-    def choices(self, problem: Problem, settings: Array) -> tuple[Array, Array]:
+    def choices(self, settings: Array) -> tuple[Array, Array]:
         """For positions (s, d): settings (s, k, d) and regressors (s, k, m, p)."""
         choices = np.repeat(settings[:, None, :], len(self.stops), axis=1)
         choices[..., self.axis] = self.stops
-        return choices, problem.response.regressors(choices)
+        return choices, self.response.regressors(choices)
 
 
 @dataclass(frozen=True)
 class _Around:
     """All angles of a position moved some steps, if any."""
 
+    response: Response
+    axes: Axes
     shifts: Array
 
-    def choices(self, problem: Problem, settings: Array) -> tuple[Array, Array]:
+    def choices(self, settings: Array) -> tuple[Array, Array]:
         """For positions (s, d): settings (s, k, d) and regressors (s, k, m, p)."""
-        choices = problem.stand.axes.wrap(settings[:, None, :] + self.shifts)
-        choices = np.where(problem.stand.axes.allows(choices)[..., None], choices, settings[:, None, :])
-        return choices, problem.response.regressors(choices)
+        choices = self.axes.wrap(settings[:, None, :] + self.shifts)
+        choices = np.where(self.axes.allows(choices)[..., None], choices, settings[:, None, :])
+        return choices, self.response.regressors(choices)
 
 
 def candidates_of(problem: Problem, size: int) -> Candidates | None:
@@ -108,7 +112,7 @@ def candidates_of(problem: Problem, size: int) -> Candidates | None:
             f"stand {type(problem.stand).__name__} is allowed no stop at all: make its forbidden zones smaller, "
             "its limits wider or its steps finer"
         )
-    return Candidates.of(problem, positions)
+    return Candidates.of(problem.response, positions)
 
 
 def descend_swaps(problem: Problem, starts: Array, candidates: Candidates | None, *, account: Account) -> Descent:
@@ -139,17 +143,17 @@ def _moves(problem: Problem) -> list[_Move]:
     shifts = np.zeros((1, problem.d))
     for k, setting, step in stepped:
         stops = setting.stops()
-        one_angle.append(_OneAngle(k, stops[:: -(-len(stops) // _ONE_ANGLE)]))
+        one_angle.append(_OneAngle(problem.response, k, stops[:: -(-len(stops) // _ONE_ANGLE)]))
         moved = np.repeat(shifts[:, None, :], len(_AROUND), axis=1)
         moved[..., k] = np.array(_AROUND) * step
         shifts = moved.reshape(-1, problem.d)
-    return [*one_angle, _Around(shifts)]
+    return [*one_angle, _Around(problem.response, problem.stand.axes, shifts)]
 
 
 class _Move(Protocol):
     """Positions that one position can be exchanged for."""
 
-    def choices(self, problem: Problem, settings: Array) -> tuple[Array, Array]:
+    def choices(self, settings: Array) -> tuple[Array, Array]:
         """For positions (s, d): settings (k, d) or (s, k, d), and their regressors (..., k, m, p)."""
 
 
@@ -167,7 +171,7 @@ class _Programs:
 
     def exchange(self, going: np.ndarray, position: int, move: _Move) -> None:
         """Exchange one position of some programs for the best choice of a move."""
-        many = len(move.choices(self.problem, self.settings[going[:1], position])[0].reshape(-1, self.problem.d))
+        many = len(move.choices(self.settings[going[:1], position])[0].reshape(-1, self.problem.d))
         p = len(self.problem.parameters)
         each = p if self.problem.model.outputs == 1 else p * p  # with several outputs by whole matrices
         size = max(1, _CHUNK // (many * each))
@@ -176,7 +180,7 @@ class _Programs:
         self.account.keep(self.settings[going], self.loss[going])
 
     def _exchange(self, going: np.ndarray, position: int, move: _Move) -> None:
-        settings, regressors = move.choices(self.problem, self.settings[going, position])
+        settings, regressors = move.choices(self.settings[going, position])
         before = Information(self.matrix[going], self.problem.parameters)
         exchanged = Exchanged(before, self.regressors[going, position], regressors)
         losses = np.where(exchanged.lost, np.inf, loss_of(self.criterion, exchanged))
