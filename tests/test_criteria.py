@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import parts
-from acalx.criteria import A, Criterion, D, E, Inequality, Product, concave_of
+from acalx.criteria import A, Criterion, D, E, Inequality, Objectives, Product, Target, concave_of
 from acalx.errors import ArgumentError, PluginError
 from acalx.numerics.arrays import Array
 from acalx.quantities.information import Information
@@ -138,6 +138,15 @@ def test_default_gradient_is_finite_next_to_singular_matrices() -> None:
     assert 50 < np.isinf(loss).sum() < 250
     assert np.isfinite(gradient).all()
     assert (np.abs(gradient).max(axis=(1, 2)) > 0).sum() > 50
+
+
+def test_messages_speak_of_arguments() -> None:
+    with pytest.raises(ArgumentError, match=r"as in target=\{'bias': 0\.5, 'scale': 0\.8\}$"):
+        Target(None)
+    with pytest.raises(ArgumentError, match=r"as in objectives=\[D\(\), A\(\)\]; for one use criterion=D\(\)$"):
+        Objectives([D()])
+    with pytest.raises(ArgumentError, match=r"such as criterion=D\(\)$"):
+        parts.problem(Inequality("sacle"))
 
 
 def test_a_degree_without_its_bound_is_refused() -> None:

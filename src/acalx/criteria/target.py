@@ -54,9 +54,9 @@ class Target(Ceiling, Concave):
         given = self.standard_errors
         if not isinstance(given, Mapping) or not given:
             raise ArgumentError(
-                "target={given}: give the largest standard error of each group, as in '{example}'",
+                "target={given}: give the largest standard error of each group, as in {example}",
                 given=given,
-                example=Option("target", "{bias: 0.5, scale: 0.8}", "{'bias': 0.5, 'scale': 0.8}"),
+                example=Option("target", {"bias": 0.5, "scale": 0.8}),
             )
         for group, value in given.items():
             if not isinstance(value, (int, float)) or isinstance(value, bool) or not 0.0 < value < math.inf:
