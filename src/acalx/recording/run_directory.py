@@ -20,6 +20,7 @@ import numpy as np
 
 from acalx.errors import ArgumentError
 from acalx.numerics.arrays import Array
+from acalx.quantities.magnitude import from_log
 from acalx.search.pareto import FrontPoint
 from acalx.search.result import ApproximateDesign, Solution, Survey
 from acalx.stands import Stand
@@ -133,7 +134,7 @@ class RunDirectory:
         width = max(2, len(str(len(front))))
         rows = []
         for number, point in enumerate(front, 1):
-            rows.append([number, *(repr(float(value)) for value in np.exp(point.losses)), int(number - 1 == knee)])
+            rows.append([number, *(repr(from_log(loss)) for loss in point.losses.tolist()), int(number - 1 == knee)])
             self.write_program(stand, point.settings, held, f"front/{number:0{width}}.csv")
         self.write_table("front.csv", ["point", *names, "knee"], rows)
 

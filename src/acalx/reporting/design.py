@@ -17,6 +17,9 @@ from acalx.search.result import Front, Result
 
 __all__ = ["draw", "show"]
 
+# Logarithms up to which values are drawn, not their logarithms.
+_DRAWN = 600.0
+
 
 def show(designed: Designed) -> None:
     """Print the program, its figures beside the best published program, how the search ended, the certificate."""
@@ -81,11 +84,16 @@ def _draw_front(problem: Problem, result: Front, directory: Path) -> None:
     """With the published programs that the stand can take."""
     from acalx.reporting.front_figure import draw_front
 
-    others = {
-        program.name: np.exp(losses) for program, losses in published_losses(problem) if _possible(problem, program)
-    }
+    names, losses = names_of(problem.criterion), result.losses
+    others = {program.name: each for program, each in published_losses(problem) if _possible(problem, program)}
     title = f"{problem.n} positions"
-    draw_front(names_of(problem.criterion), np.exp(result.losses), result.knee, directory, title, others)
+    if np.abs(losses).max() < _DRAWN:
+        values = {name: np.exp(each) for name, each in others.items()}
+        draw_front(names, np.exp(losses), result.knee, directory, title, values)
+    else:  # no doubles hold the values
+        names = tuple(f"log10 {name}" for name in names)
+        logs = {name: each / np.log(10.0) for name, each in others.items()}
+        draw_front(names, losses / np.log(10.0), result.knee, directory, title, logs)
 
 
 def _possible(problem: Problem, program: Program) -> bool:
