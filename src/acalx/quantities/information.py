@@ -214,7 +214,7 @@ class Information:
 
     def _inverted(self, members: np.ndarray) -> tuple[np.ndarray, Array]:
         """Which members (...) of the stack have an inverse, judged by their own matrices, and their covariances."""
-        members = members & ~self.singular
+        members = np.array(members & ~self.singular)
         own = Information(self.matrix[members], self.parameters)
         members[members] = regular = ~own.singular
         return members, own.select(regular).covariance

@@ -17,9 +17,6 @@ from acalx.search.result import Front, Result
 
 __all__ = ["draw", "show"]
 
-# Logarithms up to which values are drawn, not their logarithms.
-_DRAWN = 600.0
-
 
 def show(designed: Designed) -> None:
     """Print the program, its figures beside the best published program, how the search ended, the certificate."""
@@ -82,12 +79,13 @@ def _show_result(result: Result) -> None:
 
 def _draw_front(problem: Problem, result: Front, directory: Path) -> None:
     """With the published programs that the stand can take."""
+    from acalx.reporting.figures import LARGEST_DRAWN
     from acalx.reporting.front_figure import draw_front
 
     names, losses = names_of(problem.criterion), result.losses
     others = {program.name: each for program, each in published_losses(problem) if _possible(problem, program)}
     title = f"{problem.n} positions"
-    if np.abs(losses).max() < _DRAWN:
+    if np.abs(losses).max() < LARGEST_DRAWN:
         values = {name: np.exp(each) for name, each in others.items()}
         draw_front(names, np.exp(losses), result.knee, directory, title, values)
     else:  # no doubles hold the values

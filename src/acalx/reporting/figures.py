@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "INK",
+    "LARGEST_DRAWN",
     "PALE",
     "SERIES",
     "draw_convergence",
@@ -29,6 +30,8 @@ __all__ = [
     "save",
 ]
 
+# Logarithms up to which values are drawn, not their logarithms.
+LARGEST_DRAWN = 600.0
 INK, PALE, SERIES = "#1b2a41", "#b8c4d6", ("#c8553d", "#2a6f97", "#588157", "#8d6b94")
 _STYLE: dict[Any, Any] = {
     "font.size": 10.0,
@@ -151,14 +154,17 @@ def draw_landscape(numbers: Array, losses: Array, directory: Path, name: str = "
     finite = np.isfinite(losses)
     row, column = np.nonzero(finite)
     label = f"{len(losses)} sequences"
-    axes.semilogy(numbers[column], np.exp(-losses[row, column]), ".", color=PALE, markersize=4, label=label)
+    # decimal logarithms where no doubles hold the values
+    drawn = np.abs(losses[finite]).max() < LARGEST_DRAWN
+    plot, value = (axes.semilogy, np.exp) if drawn else (axes.plot, lambda log: log / np.log(10.0))
+    plot(numbers[column], value(-losses[row, column]), ".", color=PALE, markersize=4, label=label)
     some = finite.any(axis=0)
-    best = np.exp(-losses[:, some].min(axis=0))
-    axes.semilogy(numbers[some], best, "o-", color=SERIES[1], markersize=4, label="the best of them")
+    best = value(-losses[:, some].min(axis=0))
+    plot(numbers[some], best, "o-", color=SERIES[1], markersize=4, label="the best of them")
     k = int(best.argmax())
-    axes.semilogy(numbers[some][k], best[k], "o", color=SERIES[0], markersize=8, label="chosen")
+    plot(numbers[some][k], best[k], "o", color=SERIES[0], markersize=8, label="chosen")
     axes.set_xlabel("positions N")
-    axes.set_ylabel("1 / criterion, per measurement")
+    axes.set_ylabel("1 / criterion, per measurement" if drawn else "-log10 criterion, per measurement")
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))
     axes.grid(visible=True, color=PALE, linewidth=0.4)
     axes.legend(frameon=False)
