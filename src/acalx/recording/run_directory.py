@@ -20,7 +20,7 @@ import numpy as np
 
 from acalx.errors import ArgumentError
 from acalx.numerics.arrays import Array
-from acalx.quantities.magnitude import from_log
+from acalx.quantities.magnitude import from_log, written_from_log
 from acalx.search.pareto import FrontPoint
 from acalx.search.result import ApproximateDesign, Solution, Survey
 from acalx.stands import Stand
@@ -134,7 +134,7 @@ class RunDirectory:
         width = max(2, len(str(len(front))))
         rows = []
         for number, point in enumerate(front, 1):
-            rows.append([number, *(repr(from_log(loss)) for loss in point.losses.tolist()), int(number - 1 == knee)])
+            rows.append([number, *map(_value, point.losses.tolist()), int(number - 1 == knee)])
             self.write_program(stand, point.settings, held, f"front/{number:0{width}}.csv")
         self.write_table("front.csv", ["point", *names, "knee"], rows)
 
@@ -205,6 +205,12 @@ def _rows(stand: Stand, settings: Array) -> list[list[Any]]:
         [number, *map(repr, row), *map(repr, eta)]
         for number, (row, eta) in enumerate(zip(angles, directions, strict=True), 1)
     ]
+
+
+def _value(loss: float) -> str:
+    """The value of a loss with all its digits, also where no double holds it."""
+    value = from_log(loss)
+    return repr(value) if 0.0 < value < np.inf else written_from_log(loss, 17)
 
 
 def _plain(value: Any) -> Any:
