@@ -49,7 +49,7 @@ class Cells:
         return len(self.centers)
 
     def select(self, members: np.ndarray) -> Cells:
-        """Some of them."""
+        """Those of the cells that are told, by a mask (k,) or by their numbers."""
         return Cells(self.centers[members], self.half[members])
 
     def split(self, which: np.ndarray) -> Cells:

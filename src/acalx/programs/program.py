@@ -74,7 +74,7 @@ class Program:
 
     @property
     def n(self) -> int:
-        """Number of positions."""
+        """How many positions there are, however they are given."""
         positions = self.directions if self.settings is None else self.settings
         assert positions is not None  # refused at construction
         return len(positions)

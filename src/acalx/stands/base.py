@@ -17,7 +17,8 @@ from acalx.quantities.stimulus import Stimulus
 from acalx.stands.axes import Axes
 from acalx.stands.fields import check_fields
 from acalx.stands.setting import Setting
-from acalx.stands.zones import Zone, read_zones
+from acalx.stands.zone_options import read_zones
+from acalx.stands.zones import Zone
 
 __all__ = ["Setting", "Stand"]
 

@@ -35,7 +35,7 @@ def step(unit: Unit = DEGREE) -> Any:
 
 
 def switch(default: bool) -> Any:
-    """True or false."""
+    """An option that is on or off, with what it is by default."""
     return _checked(default, require_switch)
 
 

@@ -82,5 +82,5 @@ class PlatformGimbals(Rotary):
 
     @property
     def circumstances(self) -> str:
-        """Azimuth and latitude."""
+        """The azimuth of the outer axis and the latitude, as options."""
         return f"azimuth_deg={self.azimuth_deg:g}, latitude_deg={self.latitude_deg:g}"
