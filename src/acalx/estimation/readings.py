@@ -78,7 +78,7 @@ class Readings:
 
     @property
     def n(self) -> int:
-        """Number of positions."""
+        """Number of positions that the sensor was read in."""
         return len(self.means)
 
     @property

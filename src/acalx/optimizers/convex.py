@@ -104,7 +104,7 @@ class Convex(Optimizer[Result]):
             )
 
     def search(self, problem: Problem, rng: np.random.Generator, account: Account) -> Result:
-        """Weights, roundings, polish."""
+        """Optimal weights of the candidates, roundings of them to n positions, and their polish."""
         positions = problem.stand.axes.candidates(self.candidates, self.kind, rng)
         candidates = Positions(problem.stand, problem.model, positions)
         criterion = _concave(problem)

@@ -106,7 +106,7 @@ class Traversal(Optimizer[Result]):
         return RegularSequences(self.rule, self.starts_deg, self.steps_deg, self.independent_starts, self.extends)
 
     def exact(self) -> Traversal:
-        """No shorter programs."""
+        """The same sequences with exactly n positions, no shorter ones."""
         return replace(self, n_from=None, shorter=False)
 
     def check(self, problem: Problem) -> None:

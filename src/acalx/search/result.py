@@ -169,7 +169,7 @@ class Result(Found):
 
     @property
     def best(self) -> Solution:
-        """The best program."""
+        """The solution of least loss, the first of them."""
         return self.solutions[0]
 
     @property

@@ -81,7 +81,7 @@ class Campaign:
 
     @property
     def n(self) -> int:
-        """Number of positions."""
+        """Number of positions that each sensor is put into."""
         return len(self.settings)
 
     @cached_property
