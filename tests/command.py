@@ -14,6 +14,8 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, TypeVar
 
+from forks import run_forked
+
 SCRIPT = str(Path(sys.executable).parent / "acalx")
 # without what keeps Python from keeping what it compiled: hundreds of commands would each compile anew
 ENVIRONMENT = {
@@ -80,8 +82,8 @@ def execute(folder: Path, *command: str, **environment: str) -> Outcome:
 
 def run(folder: Path, *arguments: str, into: str = "run", entry: str = "run") -> Outcome:
     """``python -m acalx.run ARGUMENTS`` with a directory of that name in the folder."""
-    command = ("python", "-m", f"acalx.{entry}", *arguments, f"hydra.run.dir={into}")
-    return finish(start(folder, *command), folder / into)
+    status, out, err = run_forked(f"acalx.{entry}", [*arguments, f"hydra.run.dir={into}"], folder, ENVIRONMENT)
+    return Outcome(status, out, err, folder / into)
 
 
 def evaluate(folder: Path, *arguments: str, into: str = "evaluation") -> Outcome:

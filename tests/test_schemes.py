@@ -188,7 +188,7 @@ def test_a_scheme_that_does_not_fit_is_refused_with_the_remedy(scheme):
         with pytest.raises(CompatibilityError, match=r"has one kind only; use scheme=Joint\(\), .*model=Platform\(\)"):
             solve(scheme, problem)
     fair = D() * Inequality("gyro_bias") ** 0.1
-    with pytest.raises(CompatibilityError, match=r"accels alone, which the criterion does not fit.*scheme=joint"):
+    with pytest.raises(CompatibilityError, match=r"accels alone, which the criterion does not fit.*scheme=Joint\(\)"):
         solve(scheme, Problem(GIMBALS, PLATFORM, fair, 16))
     with pytest.raises(CompatibilityError, match="takes one criterion"):
         solve(scheme, Problem(GIMBALS, PLATFORM, Objectives([D(), A()], ["d", "a"]), 16))
