@@ -12,10 +12,10 @@ from omegaconf import OmegaConf
 CONF = Path(str(files("acalx.conf")))
 # What takes long by default, made small: options of the same parts.
 SMALL: dict[str, dict[str, Any]] = {
-    "optimizer/convex": {"candidates": 500, "roundings": 8},
-    "optimizer/de": {"restarts": 2, "agree": 1, "popsize": 3, "maxiter": 60},
-    "optimizer/exchange": {"starts": 10, "chains": 2, "candidates": 300},
-    "optimizer/gradient": {"starts": 24},
+    "optimizer/convex": {"candidates": 400, "roundings": 6},
+    "optimizer/de": {"restarts": 1, "agree": 1, "popsize": 2, "maxiter": 40, "companions": 4},
+    "optimizer/exchange": {"starts": 6, "chains": 1, "agree": 1, "elite": 4, "patience": 4, "candidates": 200},
+    "optimizer/gradient": {"starts": 16},
     "optimizer/nsga2": {"population": 16, "generations": 12, "points": 6},
     "optimizer/scalarized": {"points": 6, "seeds": 2, "starts": 16},
     "criterion/target": {"standard_errors": {"bias": 0.6}},
