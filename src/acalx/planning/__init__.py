@@ -1,1 +1,1 @@
-"""What is asked for with a program: orientation, order of visit, smallest number of positions, figures of merit."""
+"""The use cases of design: a program for a problem, a given one evaluated, and all that can be asked beside."""

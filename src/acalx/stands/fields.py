@@ -4,13 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import field, fields
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from acalx.options import require_limits, require_number, require_step, require_switch
 from acalx.quantities.units import DEGREE, Unit
-
-if TYPE_CHECKING:
-    from acalx.stands.base import Stand
 
 __all__ = ["check_fields", "limits", "number", "step", "switch"]
 
@@ -39,8 +36,13 @@ def switch(default: bool) -> Any:
     return _checked(default, require_switch)
 
 
-def check_fields(stand: Stand) -> None:
+def check_fields(stand: Any) -> None:
     """Look at the options of a stand that is being made, and keep numbers as numbers, pairs as pairs.
+
+    Parameters
+    ----------
+    stand : dataclass
+        With fields of the kinds above.
 
     Raises
     ------
