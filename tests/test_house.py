@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import graphlib
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
@@ -155,3 +156,19 @@ def test_a_criterion_costs_a_few_lines() -> None:
     tree = tree_of(ROOT / "criteria" / "alphabetic.py")
     criterion = next(node for node in tree.body if isinstance(node, ast.ClassDef) and node.name == "D")
     assert code_lines(criterion) <= 14
+
+
+def imported(path: Path) -> set[str]:
+    """Modules of acalx that a file imports, anywhere in it, those for types alone too."""
+    names: set[str] = set()
+    for node in ast.walk(tree_of(path)):
+        if isinstance(node, ast.ImportFrom) and node.module and node.module.startswith("acalx."):
+            names |= {node.module, *(f"{node.module}.{alias.name}" for alias in node.names)}
+    return names
+
+
+def test_no_modules_import_each_other_in_a_circle() -> None:
+    modules = {".".join(("acalx", *path.relative_to(ROOT).with_suffix("").parts)): path for path in MODULES}
+    graph = {name: imported(path) & set(modules) - {name} for name, path in modules.items()}
+    graphlib.TopologicalSorter(graph).prepare()  # raises CycleError with the circle
+    assert sum(map(len, graph.values())) > 500
