@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import graphlib
+import tomllib
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
@@ -172,3 +173,11 @@ def test_no_modules_import_each_other_in_a_circle() -> None:
     graph = {name: imported(path) & set(modules) - {name} for name, path in modules.items()}
     graphlib.TopologicalSorter(graph).prepare()  # raises CycleError with the circle
     assert sum(map(len, graph.values())) > 500
+
+
+def test_every_room_is_installed() -> None:
+    """An editable installation would hide a package that is not listed."""
+    root = Path(__file__).parents[1]
+    listed = set(tomllib.loads((root / "pyproject.toml").read_text())["tool"]["setuptools"]["packages"])
+    rooms = {".".join(("acalx", *path.parent.relative_to(ROOT).parts)) for path in ROOT.rglob("__init__.py")}
+    assert listed == rooms | {"acalx.conf", "hydra_plugins"}

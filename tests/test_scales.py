@@ -209,7 +209,7 @@ def test_certificates_say_what_no_double_holds(noise: float) -> None:
     certificate = certificate_of("platform", noise, D())
     entries = certificate.entries()
     assert certificate.bound is not None
-    assert entries["bound"] == (0.0 if noise < 1 else math.inf)
+    assert entries["bound"] is None  # neither 0 nor inf would be true
     assert entries["log_bound"] == certificate.bound.loss
     assert entries["gap"] == pytest.approx(certificate.loss - certificate.bound.loss)
     exponent = math.floor(certificate.bound.loss / math.log(10))

@@ -271,11 +271,11 @@ def test_what_does_not_fit_is_refused() -> None:
 def test_names_programs_and_settings_are_the_same_to_it() -> None:
     name = "icosahedron_12"
     program = find_program(name)
-    by_name = simulate(name, MODEL, STAND, PAPER, trials=200)
-    others = [simulate(given, MODEL, STAND, PAPER, trials=200) for given in (program, program.settings_for(STAND))]
+    by_name = simulate(name, STAND, MODEL, PAPER, trials=200)
+    others = [simulate(given, STAND, MODEL, PAPER, trials=200) for given in (program, program.settings_for(STAND))]
     for other, called in zip(others, (name, "program"), strict=True):
         np.testing.assert_array_equal(other.outcomes[called].covariance, by_name.outcomes[name].covariance)
-    both = simulate([name, program.settings_for(STAND)], MODEL, STAND, PAPER, trials=200)
+    both = simulate([name, program.settings_for(STAND)], STAND, MODEL, PAPER, trials=200)
     assert list(both.outcomes) == [name, "program 2"]
     assert isinstance(by_name.estimator, Iterated)
     assert by_name.trials == by_name.outcomes[name].trials == 200
@@ -294,12 +294,12 @@ def test_names_programs_and_settings_are_the_same_to_it() -> None:
 )
 def test_what_it_is_not_given_right_is_refused(programs: list[str], options: dict[str, object], message: str) -> None:
     with pytest.raises(ArgumentError, match=message):
-        simulate(programs, MODEL, STAND, PAPER, **options)  # type: ignore[arg-type]
+        simulate(programs, STAND, MODEL, PAPER, **options)  # type: ignore[arg-type]
     with pytest.raises(CompatibilityError, match=r"for estimator=Linear\(residual=Outputs\(\)\)"):
         simulate(
             "icosahedron_12",
-            VectorAccel(),
             STAND,
+            VectorAccel(),
             ErrorSources({"bias": 1, "scale": 1, "misalignment": 1}, noise=1.0),
             estimator=Iterated(),
         )
@@ -366,7 +366,7 @@ def test_the_function_gives_what_the_command_gives(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     names = ["egorov_2021_table_1", "axes_and_vertices_9"]
-    simulated = simulate(names, MODEL, TwoAxis(), ErrorSources(), trials=2000, seed=1)
+    simulated = simulate(names, TwoAxis(), MODEL, ErrorSources(), trials=2000, seed=1)
     two = commands["two"]
     assert json.loads(two.text("simulation.json"))["programs"] == [one.entries() for one in simulated.outcomes.values()]
     assert two.result["message"] == simulated.summary()

@@ -15,6 +15,13 @@ from .criteria import Product as Product
 from .criteria import Target as Target
 from .criteria import fair as fair
 from .errors import AcalxError as AcalxError
+from .errors import ArgumentError as ArgumentError
+from .errors import CompatibilityError as CompatibilityError
+from .errors import DataError as DataError
+from .errors import NoProgramError as NoProgramError
+from .errors import PluginError as PluginError
+from .errors import ProgramError as ProgramError
+from .errors import SingularError as SingularError
 from .estimation import Bisquare as Bisquare
 from .estimation import Calibration as Calibration
 from .estimation import Correction as Correction
@@ -55,6 +62,7 @@ from .optimizers import Optimizer as Optimizer
 from .optimizers import Scalarized as Scalarized
 from .optimizers import Traversal as Traversal
 from .planning.design import Designed as Designed
+from .planning.design import Request as Request
 from .planning.design import design as design
 from .planning.evaluation import Evaluation as Evaluation
 from .planning.evaluation import evaluate as evaluate
@@ -71,8 +79,10 @@ from .schemes import Joint as Joint
 from .schemes import Parallel as Parallel
 from .schemes import Scheme as Scheme
 from .schemes import Serial as Serial
+from .search.account import Account as Account
 from .search.result import Front as Front
 from .search.result import Result as Result
+from .search.result import Solution as Solution
 from .search.result import Survey as Survey
 from .simulation import Campaign as Campaign
 from .simulation import ErrorSources as ErrorSources

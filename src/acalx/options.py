@@ -15,6 +15,7 @@ __all__ = [
     "require_count",
     "require_limits",
     "require_number",
+    "require_part",
     "require_points",
     "require_positive",
     "require_seed",
@@ -102,6 +103,15 @@ def require_switch(name: str, value: object) -> bool:
     if not isinstance(value, bool):
         raise ArgumentError(f"{name}={value}: must be true or false")
     return value
+
+
+def require_part(name: str, value: object, kind: type | tuple[type, ...]) -> None:
+    """Raise ArgumentError unless the argument is a part of this kind, made, and not its class or its name."""
+    if isinstance(value, kind):
+        return
+    wanted = " or ".join(each.__name__ for each in (kind if isinstance(kind, tuple) else (kind,)))
+    made = f"; make one, as in {value.__name__}()" if isinstance(value, type) else ""
+    raise ArgumentError(f"{name}={value!r}: must be a {wanted}{made}")
 
 
 def require_points(name: str, value: object, objectives: int = 2) -> None:

@@ -8,15 +8,17 @@ from typing import Any, final
 import numpy as np
 
 from acalx.bounds.bound import Bound, bound
-from acalx.errors import AcalxError
+from acalx.errors import AcalxError, ArgumentError
 from acalx.numerics.arrays import Array
 from acalx.problem import Problem
-from acalx.quantities.magnitude import from_log, written_from_log
+from acalx.quantities.magnitude import double_of, from_log, written_from_log
 
 __all__ = ["Certificate", "certify"]
 
 # The efficiency from which a program counts as proved optimal is one less this.
 _OPTIMAL = 1e-6
+# A position within this of a limit, in rad, is on it: limits are printed with a few digits.
+_TOLERANCE = 1e-6
 
 
 @final
@@ -54,14 +56,16 @@ class Certificate:
     def optimal(self) -> bool:
         """Whether the program is proved optimal, to an efficiency of 1 - 1e-6."""
         efficiency = self.efficiency
-        return self.bound is not None and self.bound.proved and efficiency is not None and efficiency >= 1.0 - _OPTIMAL
+        if self.bound is None or efficiency is None or not self.bound.proved:
+            return False
+        return abs(efficiency - 1.0) <= _OPTIMAL
 
     def entries(self) -> dict[str, Any]:
         """As it is written to result.json: values of the criterion, and their logarithms beside them."""
         if self.bound is None:
             return {"bound": None, "efficiency": None, "gap": None, "method": self.reason, "proved": False}
         return {
-            "bound": from_log(self.bound.loss),
+            "bound": double_of(self.bound.loss),
             "log_bound": self.bound.loss,
             "efficiency": self.efficiency,
             "gap": self.gap,
@@ -69,7 +73,8 @@ class Certificate:
             "status": self.bound.status,
             "margin": self.bound.margin,
             "proved": self.optimal,
-            "parts": {name: from_log(loss) for name, loss in self.bound.parts.items()},
+            "optimal": self.optimal,
+            "parts": {name: double_of(loss) for name, loss in self.bound.parts.items()},
             "log_parts": dict(self.bound.parts),
         }
 
@@ -88,6 +93,21 @@ class Certificate:
         )
 
 
+def require_program(problem: Problem, program: Array) -> None:
+    """Raise ArgumentError unless a program is one of the problem's, which its bound holds for."""
+    shape, given = (problem.n, problem.d), np.shape(program)
+    if given != shape or not np.isfinite(program).all():
+        raise ArgumentError(f"program: finite settings of shape {shape} are expected, in rad; got shape {given}")
+    free = program[problem.held :]
+    wrong = np.flatnonzero(~problem.stand.axes.allows(free, _TOLERANCE)) + problem.held + 1
+    if len(wrong):
+        raise ArgumentError(f"program: the stand can't take position {', '.join(map(str, wrong))}")
+    if problem.fixed is not None and not np.allclose(program[: problem.held], problem.fixed, atol=_TOLERANCE):
+        raise ArgumentError(f"program: the first {problem.held} positions must be the fixed ones")
+    if problem.restrictions.active and not problem.restrictions.permits(program):
+        raise ArgumentError("program: it has positions that the problem does not permit, or repeats some")
+
+
 def certify(problem: Problem, program: Array) -> Certificate:
     """Bound what any program of a problem could reach, and compare one with it.
 
@@ -104,9 +124,13 @@ def certify(problem: Problem, program: Array) -> Certificate:
 
     Raises
     ------
+    ArgumentError
+        A program that is none of the problem's: another number of positions, positions that its
+        stand can't take, or other fixed ones.
     CompatibilityError
         Several objectives, which have no single loss.
     """
+    require_program(problem, program)
     loss = float(problem.objective.loss(program))
     try:
         return Certificate(loss, bound(problem))

@@ -116,6 +116,8 @@ def _composition(error: ConfigCompositionException, overrides: Sequence[str], co
     path = key.group(1).rstrip(".")
     parent, _, leaf = path.rpartition(".")
     keys = _keys_of(parent, overrides, config_name)
+    if parent and f"{parent}=custom" in overrides:
+        return f"{path}: options of a part of your own are added with a plus, as in +{path}=VALUE"
     if leaf in keys:  # as where a recorded configuration runs again
         return f"{path}: this configuration has its options, not a choice; give one, as in {path}.OPTION=VALUE"
     return f"{path}: there is no such option{suggestion(leaf, keys)}"

@@ -13,7 +13,7 @@ from acalx.estimation.sphere import starting_point
 from acalx.estimation.units import Unit
 from acalx.models import ScalarAccel
 from acalx.numerics.arrays import Array
-from acalx.options import require_confidence
+from acalx.options import require_confidence, require_part
 from acalx.quantities.information import Information
 from acalx.quantities.parameter import parameter_groups
 
@@ -58,6 +58,7 @@ def calibrate(
     ArgumentError
         Options that can't.
     """
+    _require_parts(model, estimator, unit)
     require_confidence(confidence)
     if unit.per_g is None and "scale" not in model.groups:
         raise ArgumentError(
@@ -83,6 +84,11 @@ def calibrate(
         per_g *= mean
         estimate = _estimate(readings, model, estimator, per_g, unit.offset, noise, start)
     return Calibration(model, readings, Unit(unit.name, per_g, unit.offset), estimate, confidence)
+
+
+def _require_parts(model: object, estimator: object, unit: object) -> None:
+    for name, part, kind in (("model", model, ScalarAccel), ("estimator", estimator, Estimator), ("unit", unit, Unit)):
+        require_part(name, part, kind)
 
 
 def noise_of(readings: Readings, noise: float | str | None, per_g: float, directions: Array) -> Array | None:

@@ -15,7 +15,7 @@ from acalx.criteria import Criterion, Target
 from acalx.errors import ArgumentError
 from acalx.numerics.arrays import Array
 from acalx.optimizers import Optimizer
-from acalx.options import require_seed
+from acalx.options import require_part, require_seed
 from acalx.planning.defaults import default_optimizer
 from acalx.planning.itinerary import Itinerary, check_order, itinerary
 from acalx.planning.metrics import best_published, figures_of_merit
@@ -66,6 +66,10 @@ class Request:
 
     def __post_init__(self) -> None:
         require_seed(self.seed)
+        require_part("scheme", self.scheme, Scheme)
+        for name, kind in (("optimizer", Optimizer), ("target", Target), ("orient", Criterion)):
+            if getattr(self, name) is not None:
+                require_part(name, getattr(self, name), kind)
         check_order(self.order, self.dwell_s)
 
     def optimizer_for(self, problem: Problem) -> Optimizer[Any]:
@@ -169,7 +173,7 @@ def design(
     problem : Problem
         Stand, model, criterion or objectives, number of positions, fixed positions.
     optimizer, scheme, n_most, orient, order, dwell_s, seed
-        As of `Request`.
+        As of `Request`, where each is explained.
     target : Target, or mapping of str to float, optional
         Largest standard error of each group that matters, as ``{"bias": 0.5}``: finds the smallest
         number of positions that reaches it. The problem's own n plays no part then.
@@ -197,17 +201,16 @@ def design(
     >>> designed.program.shape, designed.certificate.optimal
     ((12, 2), True)
     """
+    require_part("problem", problem, Problem)
     several = len(problem.singles) > 1
     if several and certificate:
-        raise ArgumentError(
-            "certificate=True: several objectives have no bound together; ask it of one criterion alone"
-        )
-    if target is not None and not isinstance(target, Target):
-        target = Target(target)
-    request = Request(optimizer, scheme or Joint(), target, n_most, orient, order, dwell_s, seed)
+        raise ArgumentError("certificate=True: several objectives have no bound together; ask it of one alone")
+    wanted = Target(target) if isinstance(target, Mapping) else target
+    request = Request(optimizer, scheme or Joint(), wanted, n_most, orient, order, dwell_s, seed)
     designed = searched(problem, request, watch)
-    wanted = not several if certificate is None else certificate
-    return designed.certified() if wanted and designed.status != "interrupted" else designed
+    if designed.status == "interrupted" or certificate is False or several:
+        return designed
+    return designed.certified()
 
 
 def searched(problem: Problem, request: Request, watch: Watch | None = None) -> Designed:

@@ -13,6 +13,7 @@ from acalx.criteria import Criterion, D
 from acalx.errors import ProgramError
 from acalx.models import Model
 from acalx.numerics.arrays import Array
+from acalx.options import require_part
 from acalx.planning.metrics import best_published, figures_of_merit
 from acalx.problem import Problem
 from acalx.programs import Program, find_program
@@ -124,8 +125,10 @@ def evaluate(
     >>> evaluate("egorov_2021_table_1", TwoAxis(), ScalarAccel()).certificate.efficiency > 0.97
     True
     """
-    given = _program(program, stand)
     criterion = D() if criterion is None else criterion
+    for name, part, kind in (("stand", stand, Stand), ("model", model, Model), ("criterion", criterion, Criterion)):
+        require_part(name, part, kind)
+    given = _program(program, stand)
     criterion.check(model.parameters)
     settings = given.settings_for(stand)
     stimulus = stand.stimulus(settings)

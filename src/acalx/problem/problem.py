@@ -11,6 +11,7 @@ from acalx.criteria import Criterion, Objectives
 from acalx.errors import ArgumentError, CompatibilityError
 from acalx.models import Model
 from acalx.numerics.arrays import Array
+from acalx.options import require_part
 from acalx.problem.objective import Objective, Response
 from acalx.problem.restrictions import Restrictions
 from acalx.quantities.information import Information
@@ -61,6 +62,9 @@ class Problem:
     replicates: bool = True
 
     def __post_init__(self) -> None:
+        require_part("stand", self.stand, Stand)
+        require_part("model", self.model, Model)
+        require_part("criterion", self.criterion, (Criterion, Objectives))
         _check_n(self.n, self.model)
         if not isinstance(self.replicates, bool):
             raise ArgumentError(f"replicates={self.replicates!r}: must be true or false")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-__all__ = ["from_log", "significant", "with_decimals", "written_from_log"]
+__all__ = ["double_of", "from_log", "significant", "with_decimals", "written_from_log"]
 
 # Decimal exponents between which figures are written without one.
 _PLAIN = (-5, 7)
@@ -35,6 +35,12 @@ def with_decimals(value: float, decimals: int = 4, digits: int = 4) -> str:
     plain = f"{value:.{decimals}f}"
     ordinary = 10.0 ** (digits - decimals - 1) <= abs(value) < 10.0 ** _PLAIN[1]
     return plain if ordinary and math.isfinite(value) else significant(value, digits)
+
+
+def double_of(log: float) -> float | None:
+    """exp(log) for a record: None where no double holds it, since 0 would be false."""
+    value = from_log(log)
+    return value if 0.0 < value < math.inf else None
 
 
 def written_from_log(log: float, digits: int = 6) -> str:

@@ -13,8 +13,8 @@ from acalx.planning.metrics import figures_of_merit
 from acalx.planning.smallest import Smallest
 from acalx.problem import Problem
 from acalx.programs import read_program
-from acalx.quantities.magnitude import from_log
-from acalx.recording.parts import described
+from acalx.quantities.magnitude import double_of
+from acalx.recording.parts import described, recorded_metrics
 from acalx.recording.run_directory import RunDirectory
 from acalx.schemes import Part
 from acalx.search.result import ApproximateDesign, Front, Result
@@ -84,12 +84,12 @@ def record_result(designed: Designed, directory: RunDirectory, **seconds: float)
     directory.write_result(
         status,
         message,
-        metrics=figures_of_merit(problem.information(written)),
+        metrics=recorded_metrics(figures_of_merit(problem.information(written))),
         evaluations=result.evaluations,
         seconds=parts.pop("total", sum(designed.seconds.values())),
         seconds_by_part=parts,
         certificate=None if designed.certificate is None else designed.certificate.entries(),
-        **_found_entries(problem, designed, written),
+        **_found_entries(problem, designed, written if wrong else None),
     )
     return wrong
 
@@ -114,16 +114,16 @@ def _loss(result: object) -> Array:
     return np.array([result.best.loss])
 
 
-def _found_entries(problem: Problem, designed: Designed, written: Array) -> dict[str, Any]:
-    """What belongs to the kind of answer."""
+def _found_entries(problem: Problem, designed: Designed, written: Array | None) -> dict[str, Any]:
+    """What belongs to the kind of answer; by the program as written where it contradicts the search."""
     result = designed.result
     if isinstance(result, Front):
-        losses = result.points[result.knee].losses
+        losses = result.points[result.knee].losses if written is None else problem.losses(written)
         front = {"objectives": names_of(problem.criterion), "losses": losses, "points": len(result.points)}
         return {**front, "knee": result.knee + 1, "loss": None, "value": None, "gain": None, "alternatives": 0}
     assert isinstance(result, Result)
-    loss = float(problem.objective.loss(written)) if not np.isfinite(result.best.loss) else result.best.loss
-    entries = {"loss": loss, "value": from_log(loss), "gain": result.gain, "alternatives": len(result.solutions) - 1}
+    loss = result.best.loss if written is None else float(problem.objective.loss(written))
+    entries = {"loss": loss, "value": double_of(loss), "gain": result.gain, "alternatives": len(result.solutions) - 1}
     return {**entries, **_design_entries(result.design)}
 
 
@@ -151,7 +151,7 @@ def _design_entries(design: ApproximateDesign | None) -> dict[str, Any]:
     if design is None:
         return {}
     entries = {
-        "value": from_log(design.loss),
+        "value": double_of(design.loss),
         "loss": design.loss,
         "gap": design.gap,
         "efficiency": 1.0 / (1.0 + design.gap),

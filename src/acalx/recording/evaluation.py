@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from acalx.planning.evaluation import Evaluation
-from acalx.quantities.magnitude import from_log
-from acalx.recording.parts import described
+from acalx.quantities.magnitude import double_of
+from acalx.recording.parts import described, recorded_metrics
 from acalx.recording.run_directory import RunDirectory
 
 __all__ = ["record", "singular_message"]
@@ -39,9 +37,9 @@ def record(evaluation: Evaluation, directory: RunDirectory, seconds: float) -> N
     directory.write_result(
         "ok",
         evaluation.program.title,
-        metrics=evaluation.metrics,
+        metrics=recorded_metrics(evaluation.metrics),
         loss=loss,
-        value=from_log(loss) if np.isfinite(loss) else None,
+        value=double_of(loss),
         certificate=None if certificate is None else certificate.entries(),
         evaluations=1,
         seconds=seconds,

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-__all__ = ["described"]
+__all__ = ["described", "recorded_metrics"]
 
 
 def described(part: object) -> dict[str, Any]:
@@ -39,6 +39,12 @@ def described(part: object) -> dict[str, Any]:
     else:
         options = {key: value for key, value in vars(part).items() if not key.startswith("_")}
     return {"class": name, **{key: _value(value) for key, value in options.items()}}
+
+
+def recorded_metrics(metrics: Mapping[str, Any]) -> dict[str, Any]:
+    """Figures of merit as a record has them: D, A and E null where no double holds them, beside their logarithms."""
+    values = {name: metrics[name] if 0.0 < metrics[name] < np.inf else None for name in ("D", "A", "E")}
+    return {**metrics, **values}
 
 
 def _value(value: Any) -> Any:

@@ -12,7 +12,7 @@ from acalx.errors import ArgumentError, Option
 from acalx.estimation import Estimator
 from acalx.models import Model
 from acalx.numerics.arrays import Array
-from acalx.options import require_seed
+from acalx.options import require_part, require_seed
 from acalx.planning.itinerary import Itinerary, check_order, itinerary
 from acalx.programs import Program, find_program
 from acalx.simulation.campaign import Campaign
@@ -72,8 +72,8 @@ class Simulated:
 
 def simulate(
     programs: Program | str | Array | Sequence[Program | str | Array],
-    model: Model,
     stand: Stand,
+    model: Model,
     errors: ErrorSources,
     *,
     trials: int = 20000,
@@ -92,8 +92,8 @@ def simulate(
     ----------
     programs : Program, name or file of one, array (n, d) of settings, or a sequence of these
         Settings in rad or the SI unit, as the stand has them.
-    model : Model
     stand : Stand
+    model : Model
     errors : ErrorSources
         All that goes wrong, and how much.
     trials : int
@@ -118,6 +118,8 @@ def simulate(
     SingularError
         A program that can't show all the parameters.
     """
+    for name, part, kind in (("stand", stand, Stand), ("model", model, Model), ("errors", errors, ErrorSources)):
+        require_part(name, part, kind)
     require_seed(seed)
     check_order(order, dwell_s)
     estimator = default_estimator(model) if estimator is None else estimator
