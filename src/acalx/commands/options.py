@@ -12,6 +12,7 @@ from acalx.criteria import Criterion, Objectives, Target
 from acalx.errors import ArgumentError
 from acalx.models import Model
 from acalx.optimizers import Optimizer
+from acalx.options import require_seed
 from acalx.planning.design import Request
 from acalx.problem import Problem
 from acalx.programs import find_program, published
@@ -93,10 +94,8 @@ def where_of(config: DictConfig) -> dict[str, Any]:
 
 def seed_of(config: DictConfig) -> int:
     """The seed of the random generator; ArgumentError unless it is a whole number, 0 or more."""
-    seed = config.seed
-    if not isinstance(seed, int) or isinstance(seed, bool) or seed < 0:
-        raise ArgumentError(f"seed={seed}: the seed must be a whole number, 0 or more")
-    return seed
+    require_seed(config.seed)
+    return int(config.seed)
 
 
 def _target_of(config: DictConfig) -> Target | None:

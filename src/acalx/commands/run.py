@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from omegaconf import DictConfig
@@ -67,7 +67,12 @@ def run(config: DictConfig, directory: RunDirectory) -> int:
     show(designed)
     print(f"written to {directory.path}")
     if config.figures:
-        _draw(designed, directory, started)
+        try:
+            _draw(designed, directory, started)
+        except KeyboardInterrupt:
+            result = designed.result.ended("interrupted", f"{designed.result.message}; interrupted while drawing")
+            designed = replace(designed, result=result)
+            record_result(designed, directory, total=time.perf_counter() - started)
     if wrong:
         print(f"acalx: {wrong}", file=sys.stderr)
         return FAILED

@@ -15,7 +15,7 @@ from acalx.criteria import Criterion, Target
 from acalx.errors import ArgumentError
 from acalx.numerics.arrays import Array
 from acalx.optimizers import Optimizer
-from acalx.options import require_part, require_seed
+from acalx.options import require_count, require_part, require_seed, require_switch
 from acalx.planning.defaults import default_optimizer
 from acalx.planning.itinerary import Itinerary, check_order, itinerary
 from acalx.planning.metrics import best_published, figures_of_merit
@@ -67,6 +67,7 @@ class Request:
     def __post_init__(self) -> None:
         require_seed(self.seed)
         require_part("scheme", self.scheme, Scheme)
+        require_count("n_most", self.n_most)
         for name, kind in (("optimizer", Optimizer), ("target", Target), ("orient", Criterion)):
             if getattr(self, name) is not None:
                 require_part(name, getattr(self, name), kind)
@@ -183,10 +184,6 @@ def design(
     watch : callable, optional
         Called with the running `Account` after each step of the search, e.g. to show progress.
 
-    Returns
-    -------
-    Designed
-
     Raises
     ------
     ArgumentError, CompatibilityError
@@ -203,6 +200,8 @@ def design(
     """
     require_part("problem", problem, Problem)
     several = len(problem.singles) > 1
+    if certificate is not None:
+        require_switch("certificate", certificate)
     if several and certificate:
         raise ArgumentError("certificate=True: several objectives have no bound together; ask it of one alone")
     wanted = Target(target) if isinstance(target, Mapping) else target
@@ -225,12 +224,19 @@ def searched(problem: Problem, request: Request, watch: Watch | None = None) -> 
     orientation = None
     if request.orient is not None and isinstance(result, Result) and result.status != "interrupted":
         started = time.perf_counter()
-        orientation = orient(problem, result.solutions, request.orient, np.random.default_rng(request.seed))
-        message = f"{result.message}; {orientation}"
-        result = replace(result, message=message, solutions=(orientation.solution, *result.solutions))
+        try:
+            orientation = orient(problem, result.solutions, request.orient, np.random.default_rng(request.seed))
+            message = f"{result.message}; {orientation}"
+            result = replace(result, message=message, solutions=(orientation.solution, *result.solutions))
+        except KeyboardInterrupt:  # the program is there, and is not to be lost
+            result = result.ended("interrupted", f"{result.message}; interrupted while choosing its rotation")
         seconds["orientation"] = time.perf_counter() - started
     rng = np.random.default_rng(request.seed)
-    visit = itinerary(problem.stand, result.program, request.order, rng, problem.held)
+    try:
+        visit = itinerary(problem.stand, result.program, request.order, rng, problem.held)
+    except KeyboardInterrupt:
+        visit = itinerary(problem.stand, result.program, "given", rng, problem.held)
+        result = result.ended("interrupted", f"{result.message}; interrupted while its order of visit was sought")
     result = result.with_program(visit.settings)
     return Designed(problem, request, result, composed.parts, visit, smallest, orientation, seconds=seconds)
 

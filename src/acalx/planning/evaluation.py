@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, final
@@ -81,6 +82,8 @@ class Evaluation:
     @cached_property
     def reference(self) -> Program | None:
         """The best published program of as many positions, where it is another one."""
+        if self.program.n < self.model.smallest_n:  # too few to ask for others
+            return None
         best = best_published(self.problem)
         return None if best is None or best.name == self.program.name else best
 
@@ -92,7 +95,7 @@ class Evaluation:
 
 
 def evaluate(
-    program: Program | str | Array,
+    program: Program | str | os.PathLike[str] | Array,
     stand: Stand,
     model: Model,
     criterion: Criterion | None = None,
@@ -103,7 +106,7 @@ def evaluate(
 
     Parameters
     ----------
-    program : Program, str or array (n, d)
+    program : Program, str, path or array (n, d)
         A program, the name of a published one or the path of a file, or settings in rad.
     stand : Stand
     model : Model
@@ -141,12 +144,15 @@ def evaluate(
     return evaluation.certified() if certificate else evaluation
 
 
-def _program(program: Program | str | Array, stand: Stand) -> Program:
+def _program(program: Program | str | os.PathLike[str] | Array, stand: Stand) -> Program:
     if isinstance(program, Program):
         return program
-    if isinstance(program, str):
-        return find_program(program)
-    settings = np.array(program, dtype=float)
+    if isinstance(program, str | os.PathLike):
+        return find_program(os.fspath(program))
+    try:
+        settings = np.array(program, dtype=float)
+    except (TypeError, ValueError) as error:
+        raise ProgramError(f"program={program!r}: give a program, its name or file, or settings in rad") from error
     if settings.ndim != 2 or settings.shape[1] != len(stand.settings):
         raise ProgramError(f"program: settings of shape {settings.shape}; the stand takes (n, {len(stand.settings)})")
     units = tuple(setting.unit for setting in stand.settings)

@@ -178,7 +178,7 @@ class Problem:
 def _checked(fixed: object, d: int) -> Array:
     """Fixed positions as an array of their own, which nothing can change."""
     try:
-        array = np.array(fixed, dtype=float)
+        array = np.array(fixed, dtype=float) + 0.0  # no negative zeros, which are equal and look different
     except (TypeError, ValueError) as error:
         raise ArgumentError(f"fixed={fixed!r}: give an array of positions (f, {d}), in rad") from error
     if array.ndim != 2 or array.shape[1] != d or not len(array):
