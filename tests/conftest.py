@@ -26,7 +26,7 @@ TOGETHER = {
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Keep tests together that share what takes long; begin with them, so that no process is left with one at the end."""
+    """Keep tests together that share what takes long, and begin with them: none is left to one process at the end."""
     for item in items:
         if item.path.stem in TOGETHER:
             item.add_marker(pytest.mark.xdist_group(item.path.stem))
