@@ -9,7 +9,7 @@ from measured import MEASURED, needs_measured
 from test_experiments import NUMBER, files, is_close
 
 STUDY = Path(__file__).parents[1] / "experiments" / "measured"
-SOURCES = {"page.md", "run.py"}
+SOURCES = {"drawings.py", "page.md", "run.py"}
 
 
 @needs_measured
