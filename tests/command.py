@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import json
 import os
+import re
 import subprocess
 import sys
 from collections.abc import Callable, Iterable
@@ -24,6 +25,7 @@ ENVIRONMENT = {
     if not key.startswith(("HYDRA_", "COMP_", "PYTEST_")) and key != "PYTHONDONTWRITEBYTECODE"
 }
 SECONDS = 180
+PROGRESS = re.compile(r"\d+ s: best loss ")
 _T = TypeVar("_T")
 
 
@@ -35,6 +37,11 @@ class Outcome:
     out: str
     err: str
     directory: Path
+
+    @property
+    def complaints(self) -> str:
+        """What was printed beside the answer, without the lines of progress that a slow machine gets."""
+        return "".join(line for line in self.err.splitlines(keepends=True) if not PROGRESS.match(line))
 
     @cached_property
     def result(self) -> dict[str, Any]:

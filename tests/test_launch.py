@@ -99,7 +99,7 @@ def test_a_failing_job_does_not_hide_the_others(sweeps, name, statuses, phrases)
     assert [result["status"] for result in results.values()] == statuses
     assert table_of(sweep) == [[str(k), status] for k, status in enumerate(statuses)]
     messages = [result["message"] for result in results.values() if result["status"] == "failed"]
-    assert sweep.err == "".join(f"acalx: {message}\n" for message in messages)
+    assert sweep.complaints == "".join(f"acalx: {message}\n" for message in messages)
     for message in messages:
         for phrase in phrases:
             assert phrase in message

@@ -348,7 +348,7 @@ def test_a_custom_criterion_runs_with_both_optimizers(tmp_path):
 def test_a_short_job_is_quiet(tmp_path):
     outcome = run(tmp_path, *QUICK)
     assert outcome.status == 0
-    assert outcome.err == ""
+    assert outcome.complaints == ""
 
 
 @pytest.fixture(scope="module")
