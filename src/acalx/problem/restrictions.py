@@ -19,7 +19,9 @@ _SAME_STOP = 1e-6
 _SAME_PLACE = 2.0 * np.sin(np.radians(0.5))
 # So many times positions of a random program are drawn anew until all of them differ.
 _MOST_DRAWS = 200
-_BISECTIONS = 12
+_HALVINGS = 12
+# Positions that one call may be asked about where that saves calls.
+_IN_ONE_CALL = 1024
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,12 +139,20 @@ class Restrictions:
 
     def _up_to_zones(self, settings: Array, allowed: Array) -> Array:
         """The way (k, d) from allowed settings to others as far as bisection finds it free."""
-        share = np.zeros(len(settings))
-        for k in range(1, _BISECTIONS + 1):
-            trial = share + 0.5**k
-            between = allowed + trial[:, None] * (settings - allowed)
-            share = np.where(self.stand.axes.forbids(between, clearance=True), share, trial)
-        return np.asarray(allowed + share[:, None] * (settings - allowed))
+        share, way, step = np.zeros(len(settings)), settings - allowed, 1.0
+        # for few positions a call costs more than what it computes: several halvings' outcomes in one
+        halvings = next(m for m in (6, 3, 1) if m == 1 or len(settings) << m <= _IN_ONE_CALL)
+        for _ in range(0, _HALVINGS, halvings):
+            step *= 0.5**halvings
+            trials = share[:, None] + step * np.arange(1, 2**halvings)
+            between = allowed[:, None, :] + trials[..., None] * way[:, None, :]
+            free = ~self.stand.axes.forbids(between, clearance=True)
+            ahead = np.zeros(len(settings), dtype=int)
+            for k in reversed(range(halvings)):
+                further = ahead + (1 << k)
+                ahead = np.where(free[range(len(free)), further - 1], further, ahead)
+            share += step * ahead
+        return np.asarray(allowed + share[:, None] * way)
 
     def _repeated(self, settings: Array) -> np.ndarray:
         """Which positions (..., n) an earlier one of the same program replicates."""

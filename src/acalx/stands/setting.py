@@ -135,12 +135,11 @@ class Setting:
         """The same positions with whole turns taken off, inside the limits where that is possible."""
         if not self.periodic:
             return angles
+        outside = (angles < self.lower) | (angles > self.upper)
+        if not outside.any():
+            return angles
         middle = 0.5 * (self.lower + self.upper)
-        wrapped = np.where(
-            (angles < self.lower) | (angles > self.upper),
-            angles - _TURN * np.round((angles - middle) / _TURN),
-            angles,
-        )
+        wrapped = np.where(outside, angles - _TURN * np.round((angles - middle) / _TURN), angles)
         return np.clip(wrapped, self.lower, self.upper) if self.full_turn else wrapped
 
     def reach(self, angles: Array) -> Array:
