@@ -65,6 +65,11 @@ def _serve(address: str, parent: int) -> None:
     import acalx.commands.run
     import acalx.commands.simulate
     import acalx.commands.validate  # noqa: F401 - for those who are forked
+    from acalx.reporting.figures import new_figure, save
+
+    figure, axes = new_figure(3.0, 3.0)  # what matplotlib reads for its first figure
+    axes[0].semilogy([1.0, 10.0])
+    save(figure, Path(tempfile.mkdtemp()), "first")
 
     signal.signal(signal.SIGCHLD, signal.SIG_IGN)  # nobody waits for those who answer
     listener = socket.socket(socket.AF_UNIX)

@@ -64,8 +64,9 @@ def save(figure: Figure, directory: Path, name: str) -> None:
     import matplotlib as mpl
 
     with mpl.rc_context(_STYLE):
-        figure.savefig(directory / f"{name}.svg", metadata={"Date": None})
         figure.savefig(directory / f"{name}.png", dpi=150)
+        figure.set_layout_engine("none")  # as it is laid out by now
+        figure.savefig(directory / f"{name}.svg", metadata={"Date": None})
 
 
 def draw_positions(directions: Array, directory: Path, title: str) -> None:
