@@ -18,6 +18,8 @@ from pathlib import Path
 from statistics import median
 
 ALLOWED = 1.05
+# Cases that take less are done several times, until they have taken so many seconds.
+LONG_ENOUGH = 0.4
 # Commands are dominated by imports, and their times scatter more than a search does.
 COMMANDS = {
     "command run": ["run", "criterion=d", "optimizer=gradient", "n=9", "figures=false"],
@@ -129,7 +131,7 @@ def main() -> int:
     if len(sys.argv) < 2:
         print(__doc__)
         return 2
-    ours, theirs = Side(sys.executable), Side(sys.argv[1])
+    ours, theirs = Side(sys.executable), Side(str(Path(sys.argv[1]).absolute()))
     named, good = sys.argv[2:], True
     cases = [line.split('"')[1] for line in PREPARED.splitlines() if line.startswith('    "')]
     print(f"{'':36} {'this':>11} {'other':>11} {'ratio':>7}")
@@ -138,10 +140,12 @@ def main() -> int:
             continue
         first, second = [], []
         for k in range(-1, 7):
-            a, b = ours.seconds(name, max(k, 0)), theirs.seconds(name, max(k, 0))
-            if k >= 0:  # the first time does not count
-                first.append(a)
-                second.append(b)
+            tries = [(ours.seconds(name, max(k, 0)), theirs.seconds(name, max(k, 0)))]
+            while k >= 0 and sum(a for a, _ in tries) < LONG_ENOUGH:
+                tries.append((ours.seconds(name, k), theirs.seconds(name, k)))
+            if k >= 0:  # the first time does not count; of several the least is the least disturbed
+                first.append(min(a for a, _ in tries))
+                second.append(min(b for _, b in tries))
         good &= paired(first, second, name)
     with tempfile.TemporaryDirectory() as folder:
         for name, arguments in COMMANDS.items():

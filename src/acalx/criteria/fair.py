@@ -101,7 +101,8 @@ class Inequality(Ceiling):
     ) -> tuple[Array, Array, Array, Array]:
         """Augmented Lagrangian of log K_ii - log K_jj + 2 log(1 - t) <= 0 for all i, j of the group."""
         indices = information.group(self.group)
-        logs = np.log(information.variances[..., indices])
+        variances = information.variances[..., indices]
+        logs = np.log(variances)
         t = np.minimum(np.exp(log_t), 1.0 - 1e-9)
         excess = logs[..., :, None] - logs[..., None, :] + 2.0 * np.log1p(-t)[..., None, None]
         following = np.maximum(multiplier + penalty[..., None, None] * excess, 0.0)
@@ -109,7 +110,7 @@ class Inequality(Ceiling):
         slope = -2.0 * t / (1.0 - t) * following.sum(axis=(-2, -1))
         by_log = following.sum(axis=-1) - following.sum(axis=-2)
         columns = information.covariance[..., indices]
-        weights = by_log / information.variances[..., indices]
+        weights = by_log / variances
         gradient = -(columns * weights[..., None, :]) @ columns.swapaxes(-1, -2)
         return value, gradient, slope, following
 

@@ -74,7 +74,7 @@ class ScalarAccel(Model):
         """Which of the nine parameters are estimated."""
         return [k for k, parameter in enumerate(_PARAMETERS) if parameter.group in self.groups]
 
-    @property
+    @cached_property
     def parameters(self) -> tuple[Parameter, ...]:
         """Biases in g, relative scale-factor errors, non-orthogonalities in rad."""
         return tuple(_PARAMETERS[k] for k in self._columns)

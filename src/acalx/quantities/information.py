@@ -69,7 +69,7 @@ class Information:
             matrix[..., i + 1 :, i] = matrix[..., i, i + 1 :]
         return cls(matrix, parameters)
 
-    @property
+    @cached_property
     def groups(self) -> Mapping[str, list[int]]:
         """Indices of the parameters of each group."""
         return parameter_groups(self.parameters)

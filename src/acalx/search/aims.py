@@ -9,7 +9,7 @@ Source: Pascoletti and Serafini, J. Optim. Theory Appl. 42 (1984) 499.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
@@ -67,7 +67,7 @@ class Goals:
 
     def select(self, index: np.ndarray) -> Self:
         """Of some of the runs."""
-        return replace(self, targets=self.targets[index])
+        return type(self)(self.targets[index], self.rates, self.unit)
 
 
 @dataclass(frozen=True)
@@ -92,5 +92,4 @@ class Aims:
 
     def select(self, index: np.ndarray) -> Self:
         """Of some of the runs."""
-        goals = None if self.goals is None else self.goals.select(index)
-        return replace(self, weights=self.weights[index], goals=goals)
+        return type(self)(self.weights[index], None if self.goals is None else self.goals.select(index))

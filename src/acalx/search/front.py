@@ -39,8 +39,9 @@ _COARSE = 9
 _SWEEPS = 4
 # Ranges of losses that are smaller are no conflict.
 _NO_RANGE = 1e-5
-# Tolerance between the ends, and on the way to them, over that at the ends: a loss changes by the square of a slope
-# that is left.
+# By how much losses of an end may still change from one round to the next.
+_SETTLED = 1e-6
+# Tolerance between the ends over that at the ends: a loss changes by the square of a slope that is left.
 _LOOSER = 100.0
 # Weight of all the losses beside a goal, so that none is larger than it needs to be.
 _SLIGHT = 1e-4
@@ -167,8 +168,7 @@ class _Search:
                 runs = Runs(self.lagrangian, aims, self.account, starts)
             else:
                 runs = runs.again(every, aims)
-            looser = 1.0 if weight == _WEIGHTS[-1] else _LOOSER
-            runs.descend(looser * self.options.tolerance, self.options.iterations)
+            runs.descend(self.options.tolerance, self.options.iterations, agreement=_SETTLED)
             losses = runs.losses
             self.add(runs.settings, losses)
         assert runs is not None

@@ -192,8 +192,9 @@ def _weighed(losses: Array, excess: Array, aims: Aims, held: Multipliers) -> tup
     goals = aims.goals
     if goals is None:
         return value, aims.weights, []
-    following = np.maximum(held.goals + goals.penalty * (goals.exceeded(losses) - excess[:, None]), 0.0)
-    value = excess * goals.sought + value
-    value += (following**2 - held.goals**2).sum(axis=-1) / (2.0 * goals.penalty)
-    by_excess = goals.sought - following.sum(axis=-1)
+    sought, penalty = goals.sought, goals.penalty
+    following = np.maximum(held.goals + penalty * (goals.exceeded(losses) - excess[:, None]), 0.0)
+    value = excess * sought + value
+    value += (following**2 - held.goals**2).sum(axis=-1) / (2.0 * penalty)
+    by_excess = sought - following.sum(axis=-1)
     return value, aims.weights + following / goals.rates, [by_excess[:, None]]

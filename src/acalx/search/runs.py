@@ -100,16 +100,20 @@ class Runs:
             state.curvature = curvature(*state.x.shape)
         return Runs(self.lagrangian, aims, self.account, self.settings[index], state=state)
 
-    def descend(self, tolerance: float, iterations: int) -> Runs:
+    def descend(self, tolerance: float, iterations: int, agreement: float | None = None) -> Runs:
         """Rounds until goals and ceilings are held.
 
         Parameters
         ----------
         tolerance : float
-            Of the gradient in a round, in loss per radian, and of the loss from one round to the next.
+            Of the gradient in a round, in loss per radian.
         iterations : int
             Most steps of a round.
+        agreement : float, optional
+            By how much the merit may still change from one round to the next; as the tolerance
+            where it is left out.
         """
+        agreement = tolerance if agreement is None else agreement
         lagrangian, state = self.lagrangian, self.state
         going = np.flatnonzero(np.isfinite(self.merit))
         gap = np.full(len(self.merit), np.inf)
@@ -129,7 +133,7 @@ class Runs:
                 new_gap = np.abs(losses - smoothed).max(axis=-1)
                 settled = (miss <= (aims.goals.tolerance if aims.goals else 0.0)) & (new_gap < _GAP * tolerance)
                 if lagrangian.ceilings:
-                    settled &= np.abs(merit - previous[going]) < tolerance
+                    settled &= np.abs(merit - previous[going]) < agreement
             self._keep(going, settings, losses, merit)
             state.held.stiffen(going[new_gap > _SHRINK * gap[going]])
             gap[going], previous[going] = new_gap, merit
