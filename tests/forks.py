@@ -9,6 +9,7 @@ with commands that are really started (see `command.start`).
 from __future__ import annotations
 
 import atexit
+import gc
 import io
 import json
 import os
@@ -21,9 +22,11 @@ import tempfile
 import threading
 import time
 import traceback
+from contextlib import redirect_stdout
 from functools import cache
 from pathlib import Path
 from typing import NoReturn
+from unittest.mock import patch
 
 _LARGEST = 2**20
 
@@ -60,16 +63,22 @@ def run_forked(module: str, arguments: list[str], folder: Path, environment: dic
 
 
 def _serve(address: str, parent: int) -> None:
-    import acalx.commands.calibrate
+    import acalx.commands.calibrate  # for those who are forked, with the others
     import acalx.commands.evaluate
     import acalx.commands.run
     import acalx.commands.simulate
-    import acalx.commands.validate  # noqa: F401 - for those who are forked
+    import acalx.commands.validate
     from acalx.reporting.figures import new_figure, save
 
     figure, axes = new_figure(3.0, 3.0)  # what matplotlib reads for its first figure
     axes[0].semilogy([1.0, 10.0])
     save(figure, Path(tempfile.mkdtemp()), "first")
+
+    line = ["acalx.run", "--cfg", "job", "hydra.run.dir=."]  # what Hydra's grammars learn as they read their first line
+    with patch.object(sys, "argv", line), patch.object(sys, "path", sys.path[:]), redirect_stdout(io.StringIO()):
+        acalx.commands.run.main()
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    gc.freeze()  # what is here stays, and no collection of those who are forked copies it
 
     signal.signal(signal.SIGCHLD, signal.SIG_IGN)  # nobody waits for those who answer
     listener = socket.socket(socket.AF_UNIX)

@@ -96,6 +96,13 @@ def distinct_solutions(
 
 def _same_positions(rows: Array, others: Array, tolerance: float = 1e-3) -> bool:
     """Whether each position of one program occurs in the other, as the sensor feels them."""
-    squares = (rows**2).sum(axis=1)[:, None] + (others**2).sum(axis=1) - 2.0 * rows @ others.T
-    near = squares < tolerance**2
+    if not _near(rows[:1], others, tolerance).any():  # most programs differ already here
+        return False
+    near = _near(rows, others, tolerance)
     return bool(near.any(axis=0).all() and near.any(axis=1).all())
+
+
+def _near(rows: Array, others: Array, tolerance: float) -> np.ndarray:
+    """Which rows (a, q) are within a tolerance of which others (b, q), (a, b)."""
+    squares = (rows**2).sum(axis=1)[:, None] + (others**2).sum(axis=1) - 2.0 * rows @ others.T
+    return np.asarray(squares < tolerance**2)
