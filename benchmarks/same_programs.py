@@ -51,9 +51,9 @@ def main() -> int:
     if len(sys.argv) != 2:
         print(__doc__)
         return 2
-    lines = command_lines()
+    lines, other = command_lines(), str(Path(sys.argv[1]).absolute())
     with ThreadPoolExecutor(2) as pool:
-        same = list(pool.map(lambda line: compared(line, sys.argv[1]), lines))
+        same = list(pool.map(lambda line: compared(line, other), lines))
     print(f"{sum(same)} of {len(lines)} the same")
     return 0 if all(same) else 1
 

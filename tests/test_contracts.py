@@ -16,11 +16,19 @@ import pytest
 from acalx.bounds import certify
 from acalx.criteria import A, D, Objectives
 from acalx.errors import ArgumentError, CompatibilityError, NoProgramError
-from acalx.models import ScalarAccel
+from acalx.models import Model, ScalarAccel
 from acalx.problem import Problem
 from acalx.search.result import Front, Result
 from acalx.stands import TwoAxis
-from acalx.testing import check_criterion, check_model, check_optimizer, check_stand
+from acalx.testing import (
+    check_criterion,
+    check_estimator,
+    check_loss,
+    check_model,
+    check_optimizer,
+    check_residual,
+    check_stand,
+)
 from configured import names, part, parts_of
 from parts import fits
 
@@ -62,6 +70,27 @@ def test_models(name):
 def test_criteria(name):
     criterion = part("criterion", name)
     check_criterion(criterion, ScalarAccel().parameters, monotone=name not in UNEQUAL, seed=SEEDS.get(name, 0))
+
+
+def fitting_model(estimator) -> Model:
+    """The first model of the configuration that an estimator takes and a table can turn."""
+    for model in parts_of("model").values():
+        try:
+            estimator.residual.check(model)
+        except CompatibilityError:
+            continue
+        if fits(model, TwoAxis()):
+            return model
+    raise AssertionError(f"no model fits {estimator}")
+
+
+@pytest.mark.parametrize("name", names("estimator"))
+def test_estimators(name):
+    estimator = part("estimator", name)
+    model = fitting_model(estimator)
+    check_loss(estimator.loss)
+    check_residual(estimator.residual, model, TwoAxis())
+    check_estimator(estimator, model, TwoAxis())
 
 
 @pytest.mark.parametrize(("name", "problem"), list(itertools.product(names("optimizer"), PROBLEMS)))

@@ -105,6 +105,9 @@ def test_a_published_program_is_recorded(evaluated):
     assert outcome.result["status"] == "ok"
     assert outcome.result["program"] == "egorov_2021_table_1"
     assert outcome.result["n"] == 9
+    parts = outcome.result["seconds_by_part"]
+    assert sorted(parts) == ["certificate", "drawing"]
+    assert 0 < sum(parts.values()) < outcome.result["seconds"]
     figures = {f"{name}.{kind}" for name in ("positions", "entries") for kind in ("svg", "png")}
     assert outcome.files == figures | {"program.csv", "result.json"}
     assert [row["alpha1_deg"] for row in outcome.rows()][:3] == ["22.2", "59.4", "144.6"]

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from command import Outcome, execute, finish, run, start, together
+from command import Outcome, assert_refused, execute, finish, run, start, together
 
 MAIN_JOB = ["python", "-m", "acalx.run", "model=scalar_accel", "criterion=d_fair", "optimizer=de", "n=9"]
 GROUPS = ("bias", "scale", "nonorthogonality")
@@ -477,3 +477,12 @@ def test_works_where_the_path_has_spaces(tmp_path):
     outcome = run(folder, *QUICK, into="a run")
     assert outcome.status == 0, outcome.err
     assert Path(folder / "a run" / "program.csv").is_file()
+
+
+def test_a_search_without_a_program_says_what_was_asked(tmp_path):
+    north = ("model=platform", "stand=platform_gimbals", "stand.azimuth_deg=0", "criterion=d", "optimizer=gradient")
+    outcome = run(tmp_path, *north, "n=16")
+    assert_refused(outcome, "gyro_x_misalignment_S")
+    asked = {name: outcome.result[name] for name in ("model", "stand", "criterion", "optimizer", "scheme")}
+    assert [part["class"] for part in asked.values()] == ["Platform", "PlatformGimbals", "D", "Gradient", "Joint"]
+    assert asked["stand"]["azimuth_deg"] == 0

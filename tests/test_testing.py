@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import ast
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 
@@ -13,6 +13,7 @@ import pytest
 import parts
 import random_search
 from acalx.criteria import A, Ceiling, Criterion, D, Inequality, Objectives
+from acalx.estimation import Bisquare, Estimator, Huber, Iterated, Loss, Magnitude, Residual, Squares
 from acalx.models import Model, Platform, ScalarAccel
 from acalx.numerics.arrays import Array
 from acalx.optimizers import DifferentialEvolution, Exchange, Gradient, Optimizer, Scalarized
@@ -24,7 +25,16 @@ from acalx.search.account import Account
 from acalx.search.result import Result
 from acalx.stands import PlatformGimbals, Setting, Stand, TwoAxis
 from acalx.stands.axes import Axes
-from acalx.testing import check_criterion, check_model, check_optimizer, check_scheme, check_stand
+from acalx.testing import (
+    check_criterion,
+    check_estimator,
+    check_loss,
+    check_model,
+    check_optimizer,
+    check_residual,
+    check_scheme,
+    check_stand,
+)
 from command import run
 
 PARAMETERS = ScalarAccel().parameters
@@ -461,3 +471,115 @@ def test_schemes(scheme: Scheme) -> None:
 def test_broken_schemes(mistake: str, message: str) -> None:
     with pytest.raises(AssertionError, match=f"Amiss breaks a rule: {message}"):
         check_scheme(Amiss(mistake), parts.problem(stand=parts.BAND), Gradient(starts=8))
+
+
+# --- estimators, residuals, losses ---
+
+
+@dataclass(frozen=True)
+class Astray(Residual):
+    """The magnitude with one mistake."""
+
+    mistake: str
+    needs_directions = False
+
+    def check(self, model: Model) -> None:
+        Magnitude().check(model)
+
+    def linearized(self, model, measurement, stimulus):  # type: ignore[no-untyped-def]
+        whole, rows = Magnitude().linearized(model, measurement, stimulus)
+        return whole, rows * (1.01 if self.mistake == "rows" else 1.0)
+
+    def at(self, model, parameters, measurement, stimulus):  # type: ignore[no-untyped-def]
+        left, rows = Magnitude().at(model, parameters, measurement, stimulus)
+        changed = {"shift": left + 1e-3, "twice": left - np.einsum("...np,...p->...n", rows, parameters)}
+        return changed.get(self.mistake, left), rows * (1.01 if self.mistake == "slope" else 1.0)
+
+
+@pytest.mark.parametrize(
+    ("mistake", "message"),
+    [
+        ("shift", "errors of zero leave all of it"),
+        ("twice", "the right errors leave nothing of it"),
+        ("rows", "rows at zero errors are those of the linear model"),
+        ("slope", "rows at zero errors are those of the linear model"),
+    ],
+)
+def test_broken_residuals(mistake: str, message: str) -> None:
+    check_residual(Astray(""), ScalarAccel(), parts.FULL)
+    with pytest.raises(AssertionError, match=f"Astray breaks a rule: {message}"):
+        check_residual(Astray(mistake), ScalarAccel(), parts.FULL)
+
+
+@dataclass(frozen=True)
+class Weighed(Loss):
+    """Huber's loss with one mistake."""
+
+    mistake: str
+
+    def weight(self, u: Array) -> Array:
+        scale = {"large": 2.0, "slope": 1.0}.get(self.mistake, 1.0)
+        return scale * Huber().weight(u)
+
+    def slope(self, u: Array) -> Array:
+        return Huber().slope(u) * (0.9 if self.mistake == "slope" else 1.0)
+
+    @property
+    def first(self) -> Loss | None:
+        return Bisquare() if self.mistake == "first" else None
+
+
+@pytest.mark.parametrize(
+    ("mistake", "message"),
+    [
+        ("large", "the weight of a residual of zero is 1"),
+        ("slope", "slope is the derivative of u times the weight"),
+        ("first", "what it starts from has a single minimum"),
+    ],
+)
+def test_broken_losses(mistake: str, message: str) -> None:
+    check_loss(Weighed(""))
+    with pytest.raises(AssertionError, match=f"Weighed breaks a rule: {message}"):
+        check_loss(Weighed(mistake))
+
+
+@dataclass(frozen=True)
+class Biased(Estimator):
+    """Iterated least squares with one mistake."""
+
+    mistake: str
+    residual: Residual = field(default_factory=Magnitude)
+    loss: Loss = field(default_factory=Squares)
+    tolerance: float = 1e-10
+    iterations: int = 50
+
+    def linearization(self, model, measurement, stimulus):  # type: ignore[no-untyped-def]
+        right = Iterated().linearization(model, measurement, stimulus)
+        if self.mistake == "stack" and len(measurement) > 1:
+            measurement = measurement + 1e-6 * np.arange(len(measurement))[:, None, None]
+            right = Iterated().linearization(model, measurement, stimulus)
+
+        def linearize(parameters: Array) -> tuple[Array, Array]:
+            left, rows = right(parameters)
+            if self.mistake == "slow":
+                return left, 0.4 * rows  # each step is too long by more than itself
+            if self.mistake == "proud":
+                return 2.0 * left, 2.0 * rows
+            return (left + 1e-4 if self.mistake == "shift" else left), rows
+
+        return linearize
+
+
+@pytest.mark.parametrize(
+    ("mistake", "message"),
+    [
+        ("shift", "parameters are right to first order"),
+        ("slow", "steps become small where there is no noise"),
+        ("proud", "standard errors are the scatter of the estimates"),
+        ("stack", "parameters are right to first order|the parameters of a stack are as of its members"),
+    ],
+)
+def test_broken_estimators(mistake: str, message: str) -> None:
+    check_estimator(Biased(""), ScalarAccel(), parts.FULL)
+    with pytest.raises(AssertionError, match=f"Biased breaks a rule: ({message})"):
+        check_estimator(Biased(mistake), ScalarAccel(), parts.FULL)

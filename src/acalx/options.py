@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from numbers import Integral, Real
 from typing import TypeGuard
-
-import numpy as np
 
 from acalx.errors import ArgumentError, Option
 
 __all__ = [
+    "is_number",
+    "is_whole",
     "require_confidence",
     "require_count",
     "require_limits",
@@ -26,27 +27,37 @@ __all__ = [
 ]
 
 
+def is_number(value: object) -> TypeGuard[float]:
+    """Whether it is a finite number, Python's or numpy's; true and false are none."""
+    return isinstance(value, Real) and not isinstance(value, bool) and math.isfinite(value)
+
+
+def is_whole(value: object) -> TypeGuard[int]:
+    """Whether it is a whole number by its type, Python's or numpy's; true and false are none."""
+    return isinstance(value, Integral) and not isinstance(value, bool)
+
+
 def require_confidence(value: object) -> None:
     """Raise ArgumentError unless it is a probability that intervals can have, from 0.5 to less than 1."""
-    if not (isinstance(value, float) and 0.5 <= value < 1.0):
+    if not is_number(value) or not 0.5 <= value < 1.0:
         raise ArgumentError(f"confidence={value}: give a probability from 0.5 to less than 1, such as 0.95")
 
 
 def require_count(name: str, value: object) -> None:
     """Raise ArgumentError unless the option is a whole number of at least 1."""
-    if not isinstance(value, (int, np.integer)) or isinstance(value, bool) or value < 1:
+    if not is_whole(value) or value < 1:
         raise ArgumentError(f"{name}={value}: must be a whole number of at least 1")
 
 
 def require_positive(name: str, value: object) -> None:
     """Raise ArgumentError unless the option is a positive finite number."""
-    if not isinstance(value, (int, float)) or isinstance(value, bool) or not 0 < value < math.inf:
+    if not is_number(value) or value <= 0:
         raise ArgumentError(f"{name}={value}: must be a positive number")
 
 
 def require_number(name: str, value: object, lower: float, upper: float, unit: str = "degrees") -> float:
     """A number within limits, or ArgumentError."""
-    if not _is_number(value) or not lower <= value <= upper:
+    if not is_number(value) or not lower <= value <= upper:
         raise ArgumentError(f"{name}={value}: must be a number of {unit} from {lower:g} to {upper:g}")
     return float(value)
 
@@ -61,14 +72,14 @@ def require_limits(name: str, value: object, unit: str = "degrees") -> tuple[flo
             example=Option(name, [-180, 180], "(-180, 180)"),
         )
     lower, upper = value
-    if not (_is_number(lower) and _is_number(upper)):
+    if not (is_number(lower) and is_number(upper)):
         raise ArgumentError(f"{name}=[{lower}, {upper}]: both limits must be finite numbers of {unit}")
     return float(lower), float(upper)
 
 
 def require_step(name: str, value: object, unit: str = "degrees") -> float | None:
     """A number or None, or ArgumentError; its size is for the setting to judge."""
-    if value is not None and not _is_number(value):
+    if value is not None and not is_number(value):
         raise ArgumentError(
             "{given}: a step is a number of {unit}, or {none} for none",
             given=f"{name}={value}",
@@ -90,7 +101,7 @@ def require_steps(name: str, value: object, count: int) -> tuple[float | None, .
 def require_speeds(name: str, value: object, count: int) -> tuple[float, ...]:
     """One speed for all of some axes or one for each, in degrees per second, as rad/s, or ArgumentError."""
     each = tuple(value) if isinstance(value, Sequence) and not isinstance(value, str) else (value,) * count
-    speeds = tuple(math.radians(speed) for speed in each if _is_number(speed) and speed > 0)
+    speeds = tuple(math.radians(speed) for speed in each if is_number(speed) and speed > 0)
     if len(speeds) != len(each) or len(each) != count:
         raise ArgumentError(
             f"{name}={value}: give a positive number of degrees per second, or {count} of them, one for each axis"
@@ -117,15 +128,11 @@ def require_part(name: str, value: object, kind: type | tuple[type, ...]) -> Non
 def require_points(name: str, value: object, objectives: int = 2) -> None:
     """Raise ArgumentError unless the option is a whole number that a front of so many objectives can have."""
     require_count(name, value)
-    if isinstance(value, (int, np.integer)) and value < objectives:
+    if is_whole(value) and value < objectives:
         raise ArgumentError(f"{name}={value}: a front of {objectives} objectives has {objectives} ends or more")
 
 
 def require_seed(value: object) -> None:
     """Raise ArgumentError unless it is a seed of a random generator."""
-    if not isinstance(value, (int, np.integer)) or isinstance(value, bool) or value < 0:
+    if not is_whole(value) or value < 0:
         raise ArgumentError(f"seed={value}: the seed must be a whole number, 0 or more")
-
-
-def _is_number(value: object) -> TypeGuard[float]:
-    return isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)

@@ -17,7 +17,8 @@ from acalx.models import Model
 from acalx.planning.evaluation import evaluate
 from acalx.programs import find_program
 from acalx.recording import RunDirectory
-from acalx.recording.evaluation import record, singular_message
+from acalx.recording.evaluation import record, record_result, singular_message
+from acalx.recording.parts import described
 from acalx.reporting.evaluation import draw, show_figures, show_program
 from acalx.stands import Stand
 
@@ -44,19 +45,27 @@ def run(config: DictConfig, directory: RunDirectory) -> int:
     directory.remember(program=name, inestimable=[])
     stand, model = build(config, "stand", Stand), build(config, "model", Model)
     criterion = build(config, "criterion", Criterion)
+    directory.remember(model=described(model), stand=described(stand), criterion=described(criterion))
     program = find_program(name)
     directory.remember(n=program.n)
     evaluation = evaluate(program, stand, model, criterion, certificate=False)
     show_program(evaluation)
+    record(evaluation, directory)
+    parts: dict[str, float] = {}
     if config.certificate:
+        begun = time.perf_counter()
         evaluation = evaluation.certified()
-    record(evaluation, directory, time.perf_counter() - started)
+        parts["certificate"] = time.perf_counter() - begun
+    record_result(evaluation, directory, time.perf_counter() - started, **parts)
     if evaluation.inestimable:
         print(f"acalx: {singular_message(evaluation)}", file=sys.stderr)
         return FAILED
     show_figures(evaluation)
     if config.figures:
+        begun = time.perf_counter()
         draw(evaluation, directory.path)
+        now = time.perf_counter()
+        record_result(evaluation, directory, now - started, **parts, drawing=now - begun)
     print(f"written to {directory.path}")
     return 0
 

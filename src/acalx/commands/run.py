@@ -9,12 +9,12 @@ from typing import Any
 
 from omegaconf import DictConfig
 
+from acalx.commands.asked import certificate_of, problem_of, request_of
 from acalx.commands.composition import composed, resolved
 from acalx.commands.launch import FAILED, INTERRUPTED, Entry, launch
-from acalx.commands.options import certificate_of, problem_of, request_of
 from acalx.planning.design import Designed, searched
 from acalx.recording import RunDirectory
-from acalx.recording.design import record, record_result
+from acalx.recording.design import asked, record, record_result
 from acalx.reporting.design import draw, show
 from acalx.reporting.progress import Progress
 
@@ -52,6 +52,7 @@ def run(config: DictConfig, directory: RunDirectory) -> int:
     config = composed(config, directory.overrides)
     directory.write_text("resolved.yaml", resolved(config))
     bounded, problem, request = certificate_of(config), problem_of(config), request_of(config)
+    directory.remember(**asked(problem, request))
     progress = Progress()
     try:
         designed = searched(problem, request, progress)

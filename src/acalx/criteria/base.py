@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -12,6 +11,7 @@ import numpy as np
 
 from acalx.errors import ArgumentError, PluginError
 from acalx.numerics.arrays import Array
+from acalx.options import is_number
 from acalx.quantities.information import Information
 from acalx.quantities.parameter import Parameter
 
@@ -196,7 +196,7 @@ class Product(Criterion):
         if len(exponents) != len(criteria):
             raise ArgumentError(f"a product of {len(criteria)} criteria takes as many exponents, got {len(exponents)}")
         for exponent in exponents:
-            if not (isinstance(exponent, (int, float)) and math.isfinite(exponent) and exponent > 0):
+            if not is_number(exponent) or exponent <= 0:
                 raise ArgumentError(f"exponent {exponent}: the exponents of a product are positive numbers")
         object.__setattr__(self, "criteria", criteria)
         object.__setattr__(self, "exponents", exponents)

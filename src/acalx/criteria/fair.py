@@ -12,6 +12,7 @@ import numpy as np
 from acalx.criteria.base import Ceiling, Criterion, Product
 from acalx.errors import ArgumentError, Option
 from acalx.numerics.arrays import Array
+from acalx.options import is_number
 from acalx.quantities.information import Information
 from acalx.quantities.parameter import Parameter
 
@@ -49,7 +50,7 @@ class Inequality(Ceiling):
     floor: float = 5e-4
 
     def __post_init__(self) -> None:
-        if not (isinstance(self.floor, (int, float)) and 0.0 < self.floor < 1.0):
+        if not is_number(self.floor) or not 0.0 < self.floor < 1.0:
             raise ArgumentError(f"floor={self.floor}: the floor of an inequality is a number between 0 and 1")
 
     @property

@@ -13,6 +13,7 @@ from acalx.criteria.base import Ceiling
 from acalx.criteria.concave import Concave
 from acalx.errors import ArgumentError, Option
 from acalx.numerics.arrays import Array
+from acalx.options import is_number
 from acalx.quantities.information import Information
 from acalx.quantities.parameter import Parameter, parameter_groups
 
@@ -59,7 +60,7 @@ class Target(Ceiling, Concave):
                 example=Option("target", {"bias": 0.5, "scale": 0.8}),
             )
         for group, value in given.items():
-            if not isinstance(value, (int, float)) or isinstance(value, bool) or not 0.0 < value < math.inf:
+            if not is_number(value) or value <= 0.0:
                 raise ArgumentError(f"target: {group}={value}: a standard error is a positive number")
 
     @property

@@ -14,6 +14,7 @@ from acalx.estimation.losses import Loss
 from acalx.estimation.residuals import Residual
 from acalx.models import Model
 from acalx.numerics.arrays import Array
+from acalx.options import is_number, is_whole
 from acalx.quantities.information import Information
 from acalx.quantities.stimulus import Stimulus
 
@@ -66,7 +67,7 @@ class Estimate:
     def information(self) -> Information:
         """H'H, each row divided by the standard deviation of its residual where that is known."""
         rows = self.rows if self.noise is None else self.rows / self.noise[..., None]
-        return Information.from_regressors(rows[..., None, :], self.model.parameters)
+        return _information(rows, self.model)
 
     @cached_property
     def scaled(self) -> Array:
@@ -127,9 +128,9 @@ class Estimator(ABC):
             raise ArgumentError(f"residual={self.residual!r}: must be Magnitude(), Oriented() or Outputs()")
         if not isinstance(self.loss, Loss):
             raise ArgumentError(f"loss={self.loss!r}: must be Squares(), Huber() or Bisquare()")
-        if not (isinstance(self.tolerance, float) and 1e-15 <= self.tolerance <= 1e-2):
+        if not is_number(self.tolerance) or not 1e-15 <= self.tolerance <= 1e-2:
             raise ArgumentError(f"tolerance={self.tolerance}: give a number from 1e-15 to 1e-2, such as 1e-10")
-        if not isinstance(self.iterations, int) or isinstance(self.iterations, bool) or self.iterations < 1:
+        if not is_whole(self.iterations) or self.iterations < 1:
             raise ArgumentError(f"iterations={self.iterations}: give a whole number, 1 or more")
 
     @abstractmethod
@@ -236,9 +237,14 @@ def _step(residual: Array, rows: Array, loss: Loss, scale: Array, model: Model) 
     if loss.robust:
         root = np.sqrt(loss.weight(residual / scale[..., None]))
         residual, rows = residual * root, rows * root[..., None]
-    information = Information.from_regressors(rows[..., None, :], model.parameters)
+    information = _information(rows, model)
     pull = residual @ rows if rows.ndim == 2 else np.einsum("...n,...nj->...j", residual, rows)
     return information.solve(pull)
+
+
+def _information(rows: Array, model: Model) -> Information:
+    """H'H of rows (..., n, p), member by member: the rows of a sensor lie together, other than those of programs."""
+    return Information(rows.swapaxes(-1, -2) @ rows, model.parameters)
 
 
 def _scale(scaled: Array, freedom: int, loss: Loss, noise: Array | None) -> Array:

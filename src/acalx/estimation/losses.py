@@ -10,6 +10,7 @@ import numpy as np
 
 from acalx.errors import ArgumentError
 from acalx.numerics.arrays import Array
+from acalx.options import is_number
 
 __all__ = ["Bisquare", "Huber", "Loss", "Squares"]
 
@@ -133,5 +134,5 @@ class Bisquare(Loss):
 
 
 def _check(tuning: object) -> None:
-    if not (isinstance(tuning, (int, float)) and not isinstance(tuning, bool) and 0.5 <= tuning < 100.0):
+    if not is_number(tuning) or not 0.5 <= tuning < 100.0:
         raise ArgumentError(f"tuning={tuning}: give a number of standard deviations from 0.5 to 100, such as 1.345")

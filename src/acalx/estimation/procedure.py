@@ -13,7 +13,7 @@ from acalx.estimation.sphere import starting_point
 from acalx.estimation.units import Unit
 from acalx.models import ScalarAccel
 from acalx.numerics.arrays import Array
-from acalx.options import require_confidence, require_part
+from acalx.options import is_number, require_confidence, require_part
 from acalx.quantities.information import Information
 from acalx.quantities.parameter import parameter_groups
 
@@ -107,7 +107,7 @@ def noise_of(readings: Readings, noise: float | str | None, per_g: float, direct
             k = int(np.argmin(variances))
             raise DataError(f"{readings.name}: position {k + 1} has standard deviations of zero; noise can't be that")
         return np.asarray(np.sqrt(variances) / per_g)
-    if isinstance(noise, bool) or not isinstance(noise, (int, float)) or not 0.0 < noise < 1.0:
+    if not is_number(noise) or not 0.0 < noise < 1.0:
         raise ArgumentError(
             "{given}: give the standard deviation of a position's mean in g, such as 1e-4, "
             "{columns} to take it from the file, or {unknown} to estimate it",

@@ -15,6 +15,7 @@ from acalx.estimation.blocks import Blocks, Interval, Run
 from acalx.estimation.readings import AXES, Readings, data_file, find_columns
 from acalx.files import CsvFile
 from acalx.numerics.arrays import Array
+from acalx.options import is_number
 
 __all__ = ["StaticIntervals"]
 
@@ -64,7 +65,7 @@ class StaticIntervals:
             value = getattr(self, name)
             if value is None and name == "rate_hz":
                 continue
-            if isinstance(value, bool) or not isinstance(value, (int, float)) or not 0 < value < math.inf:
+            if not is_number(value) or value <= 0:
                 raise ArgumentError(f"{name}={value}: give a positive number, such as {name}={example}")
         if not self.block_s < self.window_s <= self.shortest_s:
             raise ArgumentError(

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import final
 
 from acalx.errors import ArgumentError, Option
+from acalx.options import is_number
 
 __all__ = ["Unit"]
 
@@ -40,7 +40,7 @@ class Unit:
     def __post_init__(self) -> None:
         if not self.name or not isinstance(self.name, str):
             raise ArgumentError(f"name={self.name!r}: a unit has a name, such as counts")
-        if self.per_g is not None and not (_is_number(self.per_g) and self.per_g > 0):
+        if self.per_g is not None and not (is_number(self.per_g) and self.per_g > 0):
             raise ArgumentError(
                 "{given}: give the number of {unit} that are 1 g, such as 9.80665 or 4096, "
                 "or {unknown} where it is to be found from the readings",
@@ -48,9 +48,5 @@ class Unit:
                 unit=self.name,
                 unknown=Option("per_g", None),
             )
-        if not _is_number(self.offset):
+        if not is_number(self.offset):
             raise ArgumentError(f"offset={self.offset}: give the reading of a perfect sensor at zero, such as 32768")
-
-
-def _is_number(value: object) -> bool:
-    return isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)

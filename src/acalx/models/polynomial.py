@@ -12,6 +12,7 @@ import numpy as np
 from acalx.errors import ArgumentError
 from acalx.models.base import Model
 from acalx.numerics.arrays import Array, empty_as
+from acalx.options import is_number
 from acalx.quantities.parameter import Parameter
 from acalx.quantities.stimulus import Stimulus
 
@@ -98,7 +99,7 @@ class Polynomial(Model):
 
 def require_noise(name: str, value: object) -> float:
     """A standard deviation as a number, or ArgumentError."""
-    if not isinstance(value, (int, float)) or isinstance(value, bool) or not 0 < value < np.inf:
+    if not is_number(value) or value <= 0:
         raise ArgumentError(f"{name}={value}: a standard deviation is a positive number")
     return float(value)
 

@@ -11,7 +11,7 @@ import numpy as np
 from acalx.errors import ArgumentError
 from acalx.numerics.arrays import Array
 from acalx.optimizers.base import Optimizer
-from acalx.options import require_count, require_positive
+from acalx.options import is_number, is_whole, require_count, require_positive
 from acalx.problem import Problem
 from acalx.search.account import Account
 from acalx.search.agreement import fewest_starts, judge
@@ -95,11 +95,11 @@ class DifferentialEvolution(Optimizer[Result]):
         if self.strategy not in _STRATEGIES:
             raise ArgumentError(f"strategy={self.strategy}: must be one of {', '.join(_STRATEGIES)}")
         weights = self.mutation if isinstance(self.mutation, Sequence) else (self.mutation,)
-        if not all(isinstance(w, (int, float)) and 0 <= w < 2 for w in weights) or len(weights) not in (1, 2):
+        if not all(is_number(w) and 0 <= w < 2 for w in weights) or len(weights) not in (1, 2):
             raise ArgumentError(f"mutation={self.mutation}: must be a number from 0 to 2, or two of them")
-        if not (isinstance(self.recombination, (int, float)) and 0 <= self.recombination <= 1):
+        if not is_number(self.recombination) or not 0 <= self.recombination <= 1:
             raise ArgumentError(f"recombination={self.recombination}: must be a number from 0 to 1")
-        if not isinstance(self.companions, int) or self.companions < 0:
+        if not is_whole(self.companions) or self.companions < 0:
             raise ArgumentError(f"companions={self.companions}: must be a whole number, 0 or more")
         if not isinstance(self.polish, bool):
             raise ArgumentError(f"polish={self.polish}: must be true or false")
@@ -165,7 +165,7 @@ class DifferentialEvolution(Optimizer[Result]):
             popsize=self.popsize,
             tol=0.0,
             atol=self.spread,
-            mutation=self.mutation if isinstance(self.mutation, (int, float)) else tuple(self.mutation),
+            mutation=tuple(self.mutation) if isinstance(self.mutation, Sequence) else self.mutation,
             recombination=self.recombination,
             rng=rng,
             callback=count,

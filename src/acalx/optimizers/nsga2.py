@@ -10,7 +10,7 @@ import numpy as np
 from acalx.errors import ArgumentError
 from acalx.numerics.arrays import Array
 from acalx.optimizers.base import Optimizer
-from acalx.options import require_count, require_points, require_positive
+from acalx.options import is_number, require_count, require_points, require_positive
 from acalx.problem import Problem
 from acalx.search.account import Account
 from acalx.search.encoding import Encoding
@@ -86,7 +86,7 @@ class NSGA2(Optimizer[Front]):
             require_positive(name, getattr(self, name))
         for name in ("crossover", "mutation"):
             value = getattr(self, name)
-            if not (isinstance(value, (int, float)) and 0 < value <= 1) and (name == "crossover" or value is not None):
+            if not (is_number(value) and 0 < value <= 1) and (name == "crossover" or value is not None):
                 raise ArgumentError(f"{name}={value}: must be a probability above 0 and up to 1")
         if not isinstance(self.polish, bool):
             raise ArgumentError(f"polish={self.polish}: must be true or false")

@@ -11,7 +11,7 @@ import numpy as np
 from acalx.errors import ArgumentError, CompatibilityError, Option
 from acalx.numerics.arrays import Array
 from acalx.optimizers.base import Optimizer
-from acalx.options import require_count
+from acalx.options import is_number, require_count
 from acalx.problem import Problem
 from acalx.programs.sequences import RULES
 from acalx.search.account import Account
@@ -181,6 +181,6 @@ def _numbers(name: str, values: object) -> tuple[float, ...]:
     if isinstance(values, str) or not isinstance(values, Sequence) or not values:
         raise ArgumentError(f"{name}={values}: give a list of degrees")
     for value in values:
-        if not isinstance(value, (int, float)) or isinstance(value, bool) or not np.isfinite(value):
+        if not is_number(value):
             raise ArgumentError(f"{name}: {value} is not a finite number of degrees")
     return tuple(float(value) for value in values)

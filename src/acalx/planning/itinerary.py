@@ -13,6 +13,7 @@ import numpy as np
 from acalx.errors import ArgumentError
 from acalx.numerics.arrays import Array
 from acalx.numerics.routes import shortest_route
+from acalx.options import is_number
 from acalx.stands import Stand
 
 __all__ = ["ORDERS", "Itinerary", "check_order", "itinerary"]
@@ -94,8 +95,7 @@ def check_order(order: object, dwell_s: object = 0.0) -> None:
     """Raise ArgumentError for an order that there isn't, or a time that is none."""
     if order not in ORDERS:
         raise ArgumentError(f"order={order}: the order of visit is {', '.join(ORDERS)}")
-    number = isinstance(dwell_s, (int, float)) and not isinstance(dwell_s, bool)
-    if not number or not 0.0 <= dwell_s < math.inf:  # type: ignore[operator]
+    if not is_number(dwell_s) or dwell_s < 0.0:
         raise ArgumentError(f"dwell_s={dwell_s}: give the seconds in each position, 0 or more")
 
 

@@ -12,6 +12,7 @@ import numpy as np
 from acalx.bounds import bound
 from acalx.criteria import Target
 from acalx.errors import ArgumentError, NoProgramError, Option
+from acalx.options import is_whole
 from acalx.problem import Problem
 from acalx.quantities.magnitude import from_log
 from acalx.schemes import Composed, Scheme
@@ -129,7 +130,7 @@ def smallest_program(
     """
     target.check(problem.parameters)
     least = scheme.smallest_n(problem)
-    if not isinstance(most, int) or isinstance(most, bool) or most < least:
+    if not is_whole(most) or most < least:
         raise ArgumentError(f"n_most={most}: must be a whole number, {least} or more, which the model and scheme need")
     problem = replace(problem, n=least)
     bound, method = _bound(problem, target)

@@ -11,7 +11,7 @@ from acalx.criteria import Criterion, Objectives
 from acalx.errors import ArgumentError, CompatibilityError
 from acalx.models import Model
 from acalx.numerics.arrays import Array
-from acalx.options import require_part
+from acalx.options import is_whole, require_part
 from acalx.problem.objective import Objective, Response
 from acalx.problem.restrictions import Restrictions
 from acalx.quantities.information import Information
@@ -191,7 +191,7 @@ def _checked(fixed: object, d: int) -> Array:
 
 def _check_n(n: int, model: Model) -> None:
     name, p, least = type(model).__name__, len(model.parameters), model.smallest_n
-    if not isinstance(n, (int, np.integer)) or isinstance(n, bool):
+    if not is_whole(n):
         raise ArgumentError(f"n={n}: the number of positions must be a whole number, such as n={2 * least}")
     if n < least:
         raise ArgumentError(f"n={n}: the {p} parameters of {name} need {least} positions or more")

@@ -59,9 +59,8 @@ class Information:
             Rows h for m outputs in each of n positions, in units of the noise.
         """
         *stack, n, m, p = regressors.shape
-        stack_first = _stack_first(regressors)
-        rows = regressors.reshape((*stack, n * m, p), order="F" if stack_first else "C")
-        if math.prod(stack) < _LARGE_STACK or not stack_first:
+        rows = regressors.reshape((*stack, n * m, p), order="F" if _stack_first(regressors) else "C")
+        if math.prod(stack) < _LARGE_STACK:
             return cls(rows.swapaxes(-1, -2) @ rows, parameters)
         matrix = np.empty((*stack, p, p), order="F")
         for i in range(p):  # the upper triangle, one row at a time, along the stack

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 from acalx.numerics.arrays import Array
 
@@ -35,7 +35,4 @@ class Stimulus:
 
     def quantities(self) -> Iterator[tuple[str, Array]]:
         """Names and arrays of the quantities that are there."""
-        for field in fields(self):
-            value = getattr(self, field.name)
-            if value is not None:
-                yield field.name, value
+        return ((name, value) for name, value in vars(self).items() if value is not None)

@@ -8,7 +8,7 @@ import numpy as np
 
 from acalx.criteria import Criterion, Objectives
 from acalx.numerics.arrays import Array
-from acalx.planning.design import Designed
+from acalx.planning.design import Designed, Request
 from acalx.planning.metrics import figures_of_merit
 from acalx.planning.smallest import Smallest
 from acalx.problem import Problem
@@ -19,7 +19,7 @@ from acalx.recording.run_directory import RunDirectory
 from acalx.schemes import Part
 from acalx.search.result import ApproximateDesign, Front, Result
 
-__all__ = ["names_of", "record", "record_result"]
+__all__ = ["asked", "names_of", "record", "record_result"]
 
 # Losses of a program and of the same program read from its file differ by less: digits, and sums in another order.
 _SAME = 1e-6
@@ -28,6 +28,19 @@ _SAME = 1e-6
 def names_of(criterion: Criterion | Objectives) -> tuple[str, ...]:
     """What the criterion is called, or each of several objectives."""
     return criterion.labels if isinstance(criterion, Objectives) else (criterion.label,)
+
+
+def asked(problem: Problem, request: Request) -> dict[str, Any]:
+    """What every result of a run says of its problem and its request, also where the search fails."""
+    return {
+        "n": problem.n,
+        "model": described(problem.model),
+        "stand": described(problem.stand),
+        "criterion": described(problem.criterion),
+        "optimizer": described(request.optimizer_for(problem)),
+        "scheme": described(request.scheme),
+        "order": request.order,
+    }
 
 
 def record(designed: Designed, directory: RunDirectory) -> None:
@@ -47,13 +60,7 @@ def record(designed: Designed, directory: RunDirectory) -> None:
         if isinstance(part.result, Result) and part.result.survey is not None:
             directory.write_survey(part.result.survey, f"landscape_{part.name}.csv")
     directory.remember(
-        n=problem.n,
-        model=described(problem.model),
-        stand=described(problem.stand),
-        criterion=described(problem.criterion),
-        optimizer=described(request.optimizer_for(problem)),
-        scheme=described(request.scheme),
-        order=request.order,
+        **asked(problem, request),
         **designed.visit.entries(request.dwell_s),
         **_part_entries(designed.parts),
         **_smallest_entries(designed.smallest),

@@ -7,7 +7,7 @@ from acalx.quantities.magnitude import double_of
 from acalx.recording.parts import described, recorded_metrics
 from acalx.recording.run_directory import RunDirectory
 
-__all__ = ["record", "singular_message"]
+__all__ = ["record", "record_result", "singular_message"]
 
 
 def singular_message(evaluation: Evaluation) -> str:
@@ -18,8 +18,8 @@ def singular_message(evaluation: Evaluation) -> str:
     )
 
 
-def record(evaluation: Evaluation, directory: RunDirectory, seconds: float) -> None:
-    """Write program.csv, and result.json with the figures of merit and the certificate."""
+def record(evaluation: Evaluation, directory: RunDirectory) -> None:
+    """The program, and what every result of this run says."""
     directory.write_program(evaluation.stand, evaluation.settings)
     directory.remember(
         n=evaluation.program.n,
@@ -29,8 +29,13 @@ def record(evaluation: Evaluation, directory: RunDirectory, seconds: float) -> N
         outside=evaluation.outside,
         inestimable=evaluation.inestimable,
     )
+
+
+def record_result(evaluation: Evaluation, directory: RunDirectory, total: float, **seconds: float) -> None:
+    """result.json with the figures of merit and the certificate, and how long its parts took."""
+    times = {"seconds": total, "seconds_by_part": seconds}
     if evaluation.inestimable:
-        directory.write_result("singular", singular_message(evaluation), evaluations=1, seconds=seconds)
+        directory.write_result("singular", singular_message(evaluation), evaluations=1, **times)
         return
     certificate = evaluation.certificate
     loss = evaluation.loss
@@ -42,5 +47,5 @@ def record(evaluation: Evaluation, directory: RunDirectory, seconds: float) -> N
         value=double_of(loss),
         certificate=None if certificate is None else certificate.entries(),
         evaluations=1,
-        seconds=seconds,
+        **times,
     )

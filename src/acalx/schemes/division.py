@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from acalx.errors import ArgumentError, Option
+from acalx.options import is_whole
 
 __all__ = ["check_positions", "divide"]
 
@@ -20,7 +21,7 @@ def check_positions(positions: object) -> None:
             example=Option("scheme.positions", {"gyros": 10}),
         )
     for name, number in positions.items():
-        if not isinstance(number, int) or isinstance(number, bool) or number < 0:
+        if not is_whole(number) or number < 0:
             raise ArgumentError(f"positions: {name}={number}: must be a whole number of positions")
 
 

@@ -8,7 +8,7 @@ from acalx.errors import ArgumentError, Option
 from acalx.estimation import Estimate, Estimator, Iterated, Linear, Outputs, SingularError
 from acalx.models import Model, ScalarAccel
 from acalx.numerics.arrays import Array
-from acalx.options import require_confidence
+from acalx.options import is_whole, require_confidence
 from acalx.quantities.information import Information
 from acalx.simulation.campaign import BLOCK, Campaign
 from acalx.simulation.outcome import Moments, Outcome
@@ -96,7 +96,7 @@ def _regular_information(campaign: Campaign, name: str) -> Information:
 
 
 def _check_trials(trials: object) -> None:
-    if not isinstance(trials, int) or isinstance(trials, bool) or not 2 <= trials <= _MOST_TRIALS:
+    if not is_whole(trials) or not 2 <= trials <= _MOST_TRIALS:
         raise ArgumentError(
             "{given}: give a whole number of trials from 2 to {most:,}, such as 20000",
             given=Option("trials", trials),

@@ -12,6 +12,7 @@ import numpy as np
 from acalx.errors import ArgumentError, CompatibilityError, Option
 from acalx.models import Model
 from acalx.numerics.arrays import Array
+from acalx.options import is_number
 from acalx.quantities.parameter import Parameter, parameter_groups
 from acalx.stands import Stand
 
@@ -81,7 +82,7 @@ class ErrorSources:
             raise ArgumentError("noise=0: the noise must be positive, since all results are in units of it")
         if self.knowledge_rad is not None:
             _require_deviation("knowledge_rad", self.knowledge_rad)
-        if not _is_number(self.drift_positions) or self.drift_positions <= 0:
+        if not is_number(self.drift_positions) or self.drift_positions <= 0:
             raise ArgumentError(f"drift_positions={self.drift_positions}: give a positive number of positions")
         for name in ("setting_repeats", "installation_known"):
             if not isinstance(getattr(self, name), bool):
@@ -149,7 +150,7 @@ class ErrorSources:
 
 
 def _require_deviation(name: str, value: object) -> None:
-    if not _is_number(value) or value < 0:
+    if not is_number(value) or value < 0:
         raise ArgumentError(f"{name}={value}: a standard deviation is a number, 0 or more")
 
 
@@ -163,11 +164,5 @@ def _require_magnitude(group: str, magnitude: object) -> None:
         _require_deviation(f"parameters.{group}", magnitude)
 
 
-def _is_number(value: object) -> TypeGuard[float]:
-    return isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
-
-
 def _is_pair(value: object) -> TypeGuard[Sequence[float]]:
-    return (
-        isinstance(value, Sequence) and not isinstance(value, str) and len(value) == 2 and all(map(_is_number, value))
-    )
+    return isinstance(value, Sequence) and not isinstance(value, str) and len(value) == 2 and all(map(is_number, value))

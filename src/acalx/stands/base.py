@@ -98,10 +98,10 @@ class Stand(ABC):
 
     def pull(self, settings: Array, gradient: Stimulus) -> Array:
         """From a gradient with respect to the stimulus, (..., n, 3), to the settings, (..., n, d)."""
-        derivative = dict(self.derivative(settings).quantities())
+        derivative = self.derivative(settings)
         total = np.zeros(settings.shape)
         for name, feels in gradient.quantities():
-            total += (feels[..., None, :] @ derivative[name])[..., 0, :]
+            total += (feels[..., None, :] @ getattr(derivative, name))[..., 0, :]
         return total
 
     # ---- what only the bound asks

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from numbers import Real
 
 import numpy as np
 
@@ -48,7 +49,7 @@ class Setting:
 
     def __post_init__(self) -> None:
         for name, value in (("lower", self.lower), ("upper", self.upper), ("step", self.step or 0.0)):
-            if not isinstance(value, (int, float)):
+            if not isinstance(value, Real):
                 raise ArgumentError(f"{self.name}: {name}={value!r}: must be a number, in rad")
         if not isinstance(self.periodic, bool):
             raise ArgumentError(f"{self.name}: periodic={self.periodic!r}: must be true or false")

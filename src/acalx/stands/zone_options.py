@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from acalx.errors import ArgumentError, Option
+from acalx.options import is_number
 from acalx.stands.setting import Setting
 from acalx.stands.zones import SLACK, TURN, Box, Custom, Zone
 
@@ -65,7 +66,7 @@ def _box(box: object, settings: Sequence[Setting]) -> Box:
             raise ArgumentError(f"forbidden: the stand has no {name}; it has {', '.join(columns)}")
         k = columns.index(name)
         unit, periodic = settings[k].unit, settings[k].periodic
-        if not (isinstance(interval, Sequence) and len(interval) == 2 and all(map(_is_number, interval))):
+        if not (isinstance(interval, Sequence) and len(interval) == 2 and all(map(is_number, interval))):
             raise ArgumentError(f"forbidden: {name}={interval!r}: give a lower and an upper end in {unit.plural}")
         low, high = (float(unit.read(end)) for end in interval)
         if low >= high:
@@ -132,7 +133,3 @@ def _label(function: object) -> str:
 def _example(settings: Sequence[Setting]) -> Option:
     box = dict(zip((setting.column for setting in settings), ([80, 100], [170, 190]), strict=False))
     return Option("forbidden", [box], str([{column: tuple(interval) for column, interval in box.items()}]))
-
-
-def _is_number(value: object) -> bool:
-    return isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)

@@ -13,7 +13,7 @@ from acalx.errors import ArgumentError, DataError, Option
 from acalx.estimation import Calibration, Estimator, Iterated, Readings, Unit, calibrate
 from acalx.models import ScalarAccel
 from acalx.numerics.arrays import Array
-from acalx.options import require_seed
+from acalx.options import is_whole, require_seed
 from acalx.programs import Program, find_program, published_for
 from acalx.stands import Stand, TwoAxis
 from acalx.validation.comparison import Compared, compare_programs, median_of
@@ -104,7 +104,7 @@ class _Ways:
     turns: int
 
     def __post_init__(self) -> None:
-        if not isinstance(self.turns, int) or isinstance(self.turns, bool) or self.turns < 1:
+        if not is_whole(self.turns) or self.turns < 1:
             raise ArgumentError(f"turns={self.turns}: give a whole number; 1 leaves programs as they are")
 
     def sensor(

@@ -15,6 +15,7 @@ from acalx.estimation.sphere import starting_point
 from acalx.estimation.units import Unit
 from acalx.models import ScalarAccel
 from acalx.numerics.arrays import Array
+from acalx.options import is_number, is_whole
 from acalx.quantities.stimulus import Stimulus
 
 __all__ = ["Validation", "held_out", "random_splits", "take_folds", "validate_folds", "validate_splits"]
@@ -104,9 +105,9 @@ def validate_folds(
 
 def random_splits(n: int, share: float, count: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
     """Indices (count, k) and (count, n - k) of random training and test positions, k about n times the share."""
-    if not (isinstance(share, float) and 0.0 < share < 1.0):
+    if not is_number(share) or not 0.0 < share < 1.0:
         raise ArgumentError(f"share={share}: give the share of positions to calibrate on, between 0 and 1, as 0.667")
-    if not isinstance(count, int) or isinstance(count, bool) or count < 1:
+    if not is_whole(count) or count < 1:
         raise ArgumentError(f"splits={count}: give a whole number, 1 or more")
     k = round(n * share)
     if n - k < 2:
@@ -117,7 +118,7 @@ def random_splits(n: int, share: float, count: int, rng: np.random.Generator) ->
 
 def take_folds(n: int, k: int, rng: np.random.Generator) -> list[np.ndarray]:
     """Indices of the test positions of each of k folds of nearly the same size; k = n leaves one out."""
-    if not isinstance(k, int) or isinstance(k, bool) or not 2 <= k <= n:
+    if not is_whole(k) or not 2 <= k <= n:
         raise ArgumentError(f"folds={k}: give a whole number from 2 to the {n} positions")
     return [np.sort(part) for part in np.array_split(rng.permutation(n), k)]
 
