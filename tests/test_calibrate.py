@@ -79,7 +79,7 @@ REFUSED = [
     ((), ("which measurements", "data=FILE.csv")),
     (("data=nowhere.csv",), ("no file nowhere.csv",)),
     (("data=si.csv",), ("si.csv: no column 'ax'", "columns=[NAME,NAME,NAME]")),
-    (("data=si.csv", "columns=[x,y]"), ("columns=['x', 'y']", "give 3 names")),
+    (("data=si.csv", "columns=[x,y]"), ("columns=[x,y]", "give 3 names")),
     (("data=si.csv", "columns=[x,y,z]"), ("mean magnitude is 9.8", "unit=m_s2", "Nothing is scaled silently")),
     (("data=counts.csv", "unit=counts"), ("unit.per_g is missing", "unit.per_g=null")),
     (("data=g.csv", "unit.per_g=-3"), ("per_g=-3", "such as 9.80665")),
@@ -99,7 +99,7 @@ REFUSED = [
     (("data=g.csv", "where=3"), ("where=3", "where={imu: 3}")),
     (("data=g.csv", "apply=nowhere.json"), ("nowhere.json: can't be read",)),
     (("data=g.csv", "apply=broken.json"), ("broken.json: not a calibration.json",)),
-    (("data=g.csv", "model.groups=[drift]"), ("groups=['drift']", "bias, scale, nonorthogonality")),
+    (("data=g.csv", "model.groups=[drift]"), ("model.groups=[drift]", "bias, scale, nonorthogonality")),
     (("data=g.csv", "confidence=95"), ("confidence=95", "such as 0.95")),
     (("data=g.csv", "estimater=linear"), ("estimater", "did you mean estimator?")),
 ]

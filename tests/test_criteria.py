@@ -172,7 +172,7 @@ def test_products_of_concave_criteria_are_concave() -> None:
 
 @pytest.mark.parametrize("floor", [0, 1, -1, 2, math.nan, "x", None, True])
 def test_bad_floors(floor: object) -> None:
-    with pytest.raises(ArgumentError, match=f"floor={floor}: the floor of an inequality is a number between 0 and 1"):
+    with pytest.raises(ArgumentError, match=f"floor={floor!r}: the floor of an inequality is a number between 0 and 1"):
         Inequality("bias", floor)  # type: ignore[arg-type]
 
 
@@ -187,16 +187,17 @@ def test_group_that_the_model_lacks(group: str, wrap: Callable[[Criterion], Crit
 def test_products_of_something_else(criteria: object) -> None:
     with pytest.raises(ArgumentError) as caught:
         Product(criteria)  # type: ignore[arg-type]
-    assert str(caught.value) == f"criteria={criteria}: a product takes a list of one or more criteria"
+    assert str(caught.value) == f"criteria={criteria!r}: a product takes a list of one or more criteria"
 
 
 @pytest.mark.parametrize(
     ("exponents", "quoted"),
     [
-        ([1, 2], "1 criteria takes as many exponents, got 2"),
-        ([], "got 0"),
+        ([1, 2], "exponents=[1, 2]: a product takes a positive exponent for each criterion, 1 of them here"),
+        ([], "exponents=[]: "),
         (0.5, "exponents=0.5: "),
-        *(([bad], f"exponent {bad}: ") for bad in (0, -1, math.nan, math.inf, "x", None)),
+        ("x", "exponents='x': "),
+        *(([bad], f"exponents=[{bad!r}]: ") for bad in (0, -1, math.nan, math.inf, "x", None)),
     ],
     ids=str,
 )

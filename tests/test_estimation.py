@@ -157,7 +157,7 @@ def test_usual_tunings_cost_five_percent() -> None:
     ("build", "message"),
     [
         (lambda: Huber(0.1), "tuning=0.1"),
-        (lambda: Bisquare("wide"), "tuning=wide"),
+        (lambda: Bisquare("wide"), "tuning='wide'"),
         (lambda: Iterated(residual=3), "residual=3: must be Magnitude"),
         (lambda: Linear(loss="huber"), "loss='huber': must be Squares"),
         (lambda: Iterated(tolerance=0.0), "tolerance=0.0"),
@@ -167,7 +167,7 @@ def test_usual_tunings_cost_five_percent() -> None:
         (lambda: Unit(offset=float("nan")), "offset=nan"),
         (lambda: StaticIntervals(window_s=0.05), "each must be longer"),
         (lambda: StaticIntervals(factor=-1), "factor=-1: give a positive number"),
-        (lambda: StaticIntervals(quiet=1.5), "quiet is a share"),
+        (lambda: StaticIntervals(quiet=1.5), "quiet=1.5: give a share below 1"),
         (lambda: Iterated(loss=Huber()).estimate(MODEL, np.ones((9, 3))), "robust loss needs more positions"),
     ],
 )

@@ -71,7 +71,7 @@ REFUSED = [
     (("program=angles.csv", "n=9"), ("n: there is no such option", "criterion, figures, model, program, stand")),
     (("program=angles.csv", "optimizer=de"), ("optimizer: there is no such option",)),
     (("program=angles.csv", "criterion=bogus"), ("criterion=bogus", "d_fair")),
-    (("program=angles.csv", "stand.alpha1_deg=[9,1]"), ("alpha1_deg=[9, 1]", "lower bound")),
+    (("program=angles.csv", "stand.alpha1_deg=[9,1]"), ("stand.alpha1_deg=[9,1]", "lower bound")),
 ]
 
 

@@ -325,7 +325,7 @@ def test_an_objective_that_does_not_fit_the_model() -> None:
     ],
 )
 def test_bad_options(kind: type[Optimizer], name: str, bad: object) -> None:
-    with pytest.raises(ArgumentError, match=f"^{name}={bad}: "):
+    with pytest.raises(ArgumentError, match=f"^{name}={bad!r}: "):
         kind(**{name: bad})
 
 

@@ -195,9 +195,9 @@ def test_a_table_with_steps_is_left_to_exchange_unless_an_optimizer_is_asked_for
     ("forbidden", "words"),
     [
         ([{"alpha3_deg": (0, 1)}], "has no alpha3_deg; it has alpha1_deg, alpha2_deg"),
-        ([{"alpha1_deg": (10, 5)}], "lower end must be below"),
-        ([{"alpha1_deg": 10}], "lower and an upper end"),
-        ([{}], "is not a box"),
+        ([{"alpha1_deg": (10, 5)}], "lower end of alpha1_deg must be below"),
+        ([{"alpha1_deg": 10}], "lower and an upper end of alpha1_deg"),
+        ([{}], "not a box"),
         ("alpha1", "give a list of boxes"),
     ],
 )
@@ -207,7 +207,7 @@ def test_boxes_that_are_not_understood(forbidden, words):
 
 
 def test_functions_that_are_not_understood():
-    with pytest.raises(ArgumentError, match=r"forbidden_if=nowhere\.f: can't be imported"):
+    with pytest.raises(ArgumentError, match=r"forbidden_if='nowhere\.f': can't be imported"):
         TwoAxis(forbidden_if="nowhere.f")
     with pytest.raises(ArgumentError, match="must take alpha1_deg, alpha2_deg"):
         TwoAxis(forbidden_if=lambda x: x)

@@ -162,7 +162,7 @@ def test_four_positions_of_a_tetrahedron_are_proved_optimal_for_the_vector_triad
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda: PlatformGyro("w"), "axis=w: an axis is x, y or z"),
+        (lambda: PlatformGyro("w"), "axis='w': an axis is x, y or z"),
         (
             lambda: PlatformGyro(second_order=["IS", "IX"]),
             "there is no term 'IX'; the terms are II, OO, SS, IO, IS, OS",
@@ -179,7 +179,7 @@ def test_four_positions_of_a_tetrahedron_are_proved_optimal_for_the_vector_triad
         (lambda: Platform(gyro_noise_deg_h=[1, 2]), r"gyro_noise_deg_h=\[1, 2\]: give one number, or three"),
         (lambda: Platform(accel_noise_g=[1, 2, -3]), "accel_noise_g=-3: a standard deviation is a positive number"),
         (lambda: VectorAccel(noise_g=float("nan")), "noise_g=nan: "),
-        (lambda: GyroRateTable(noise_deg_s="x"), "noise_deg_s=x: "),
+        (lambda: GyroRateTable(noise_deg_s="x"), "noise_deg_s='x': "),
     ],
 )
 def test_bad_options(make: Callable[[], Model], message: str) -> None:

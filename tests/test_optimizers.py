@@ -388,7 +388,7 @@ BAD: list[tuple[type[Optimizer], str, object]] = [
 def test_bad_options(kind: type[Optimizer], name: str, bad: object) -> None:
     with pytest.raises(ArgumentError) as caught:
         kind(**{name: bad})
-    assert str(caught.value).startswith(f"{name}={bad}: must be ")
+    assert str(caught.value).startswith(f"{name}={bad!r}: must be ")
 
 
 @pytest.mark.parametrize("strategy", ["best1exp", "rand1bin", "randtobest1bin", "currenttobest1exp", "rand2exp"])

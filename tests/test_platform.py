@@ -70,7 +70,7 @@ def test_outer_axis_east_is_as_in_the_facts():
     ("arguments", "message"),
     [
         ({"latitude_deg": 91}, "latitude_deg=91: must be a number of degrees from -90 to 90"),
-        ({"azimuth_deg": "east"}, "azimuth_deg=east: must be a number of degrees from -360 to 360"),
+        ({"azimuth_deg": "east"}, "azimuth_deg='east': must be a number of degrees from -360 to 360"),
         ({"gamma_deg": (9, 1)}, r"gamma_deg=\[9, 1\]: the lower bound must be below"),
         ({"alpha_deg": 5}, "alpha_deg=5: give a lower and an upper limit in degrees"),
         ({"step_deg": 0}, "step_deg=0: a step must be a positive number of degrees"),
@@ -87,7 +87,7 @@ def test_bad_gimbals(arguments, message):
     [
         ({"rate_deg_s": (5, 5)}, r"rate_deg_s=\[5, 5\]: the lower bound must be below"),
         ({"rate_deg_s": 5}, "rate_deg_s=5: give a lower and an upper limit in degrees per second"),
-        ({"rate_step_deg_s": "x"}, "rate_step_deg_s=x: a step is a number of degrees per second"),
+        ({"rate_step_deg_s": "x"}, "rate_step_deg_s='x': a step is a number of degrees per second"),
         ({"rate_deg_s": (1, 4), "rate_step_deg_s": 10}, r"holds no multiple of the step of 10 degrees per second"),
         ({"latitude_deg": math.nan}, "latitude_deg=nan: "),
     ],

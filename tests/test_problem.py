@@ -32,7 +32,7 @@ SEEDS = st.integers(0, 2**32 - 1)
         (2.5, "n=2.5: the number of positions must be a whole number"),
         (9.0, "n=9.0: the number of positions must be a whole number"),
         (math.nan, "n=nan: "),
-        ("9", "n=9: the number of positions must be a whole number"),
+        ("9", "n='9': the number of positions must be a whole number"),
         (True, "n=True: "),
         (None, "n=None: "),
     ],

@@ -157,7 +157,7 @@ def test_a_sequence_in_series_goes_on():
         (Serial(), 8, r"n=8: the parts have 9 positions together \(gyros 8, accels 1\)"),
         (Parallel({"gyros": 9, "accels": 5}), 16, "give n=14, or leave one of them out"),
         (Parallel({"gyro": 9}), 16, "no part 'gyro'; its parts are gyros, accels"),
-        (Parallel({"gyros": 7}), 16, "gyros=7: the gyros need 8 or more"),
+        (Parallel({"gyros": 7}), 16, r"positions={'gyros': 7}: the gyros need 8 or more"),
         (Serial(order=["gyros"]), 16, r"order=\[gyros\]: give each kind of the model once: gyros, accels"),
         (Serial(["accels", "gyros"], {"accels": 5, "gyros": 2}), 7, "n=7: the 36 parameters of Platform need 8"),
         (Serial(["accels", "gyros"], {"accels": 9, "gyros": 0}), 9, "gyros=0, but the 9 positions before can't see"),
@@ -173,8 +173,8 @@ def test_positions_that_do_not_fit(scheme, n, message):
     [
         (lambda: Parallel(5), "positions=5: give numbers by kind"),
         (lambda: Parallel({}), "positions={}: give numbers by kind"),
-        (lambda: Serial(positions={"gyros": 2.5}), "gyros=2.5: must be a whole number"),
-        (lambda: Serial(order="gyros"), "order=gyros: give a list of kinds"),
+        (lambda: Serial(positions={"gyros": 2.5}), r"positions={'gyros': 2.5}: must be a whole number"),
+        (lambda: Serial(order="gyros"), "order='gyros': give a list of kinds"),
     ],
 )
 def test_bad_options(make, message):
@@ -359,7 +359,7 @@ def test_commands(tmp_path):
     [
         (("n=auto",), ("n=auto", "target={bias: 0.5}")),
         (("target={bias: 1}",), ("with n=9: a target is for n=auto",)),
-        (("criterion=target",), ("target=None: give the largest standard error",)),
+        (("criterion=target",), ("target=null: give the largest standard error",)),
         (("n=auto", "target={drift: 1}"), ("drift", "bias, scale, nonorthogonality")),
         (("scheme=parallel",), ("ScalarAccel", "scheme=joint", "model=platform")),
     ],

@@ -231,9 +231,9 @@ def test_gimbals_with_their_axes_off_keep_lengths_and_the_angle_between() -> Non
     [
         ({"noise": -1e-5}, "noise=-1e-05"),
         ({"noise": 0.0}, "must be positive"),
-        ({"setting_rad": "much"}, "setting_rad=much"),
+        ({"setting_rad": "much"}, "setting_rad='much'"),
         ({"knowledge_rad": -1.0}, "knowledge_rad=-1.0"),
-        ({"parameters": {"bias": -1e-4}}, "parameters.bias=-0.0001"),
+        ({"parameters": {"bias": -1e-4}}, "parameters={'bias': -0.0001}"),
         ({"parameters": {"bias": [2.0, 1.0]}}, "least and the largest"),
         ({"parameters": 3}, "by group"),
         ({"installation_arcsec": [10]}, "mean and the standard deviation"),
@@ -288,7 +288,7 @@ def test_names_programs_and_settings_are_the_same_to_it() -> None:
         (["icosahedron_12", find_program("icosahedron_12")], {}, "icosahedron_12 is there twice"),
         ("icosahedron_12", {"seed": -1}, "seed=-1"),
         ("icosahedron_12", {"trials": "many"}, "trials='many': give a whole number of trials from 2 to 100,000,000"),
-        ("icosahedron_12", {"order": "alphabetic"}, "order=alphabetic"),
+        ("icosahedron_12", {"order": "alphabetic"}, "order='alphabetic'"),
         ("icosahedron_12", {"confidence": 95}, "confidence=95"),
     ],
 )

@@ -562,7 +562,7 @@ class Biased(Estimator):
         def linearize(parameters: Array) -> tuple[Array, Array]:
             left, rows = right(parameters)
             if self.mistake == "slow":
-                return left, 0.4 * rows  # each step is too long by more than itself
+                return left, 10.0 * rows  # a tenth of each step
             if self.mistake == "proud":
                 return 2.0 * left, 2.0 * rows
             return (left + 1e-4 if self.mistake == "shift" else left), rows

@@ -148,7 +148,7 @@ def test_what_does_not_fit_is_refused():
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ({"rule": "spiral"}, "rule=spiral: there is no such rule; the rules are both, turn, raster"),
+        ({"rule": "spiral"}, "rule='spiral': there is no such rule; the rules are both, turn, raster"),
         ({"starts_deg": [0, 180]}, r"give from, up to and step, as in starts_deg=\[0, 180, 5\]"),
         ({"starts_deg": [180, 0, 5]}, "give from, up to and step"),
         ({"starts_deg": 5}, "starts_deg=5: give a list of degrees"),

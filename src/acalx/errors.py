@@ -7,8 +7,9 @@ spells as a user types them there and Python as arguments; nothing else makes se
 from __future__ import annotations
 
 from collections.abc import Callable
+from copy import copy
 from dataclasses import dataclass
-from typing import Any, final
+from typing import Any, Self, final
 
 __all__ = [
     "AcalxError",
@@ -69,12 +70,29 @@ class AcalxError(Exception):
             return self.message
         return self.message.format_map({name: _said(value, spell) for name, value in self.data.items()})
 
+    def placed(self, place: Callable[[Option], Option]) -> Self:
+        """The same error with the options that it speaks of where they are in a configuration."""
+        error = copy(self)
+        error.data = {name: place(value) if isinstance(value, Option) else value for name, value in self.data.items()}
+        return error
+
     def __str__(self) -> str:
         return self.said(Option.as_argument)
+
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}({str(self)!r})"
 
 
 class ArgumentError(AcalxError, ValueError):
     """An option, bound, name or number that is not acceptable."""
+
+    @classmethod
+    def of(cls, key: str, value: object, rule: str, example: object = None) -> Self:
+        """An option as it was given, ``starts=0``, and what would be right, perhaps with a value as an example."""
+        given = Option(key, value)
+        if example is None:
+            return cls("{given}: {rule}", given=given, rule=rule)
+        return cls("{given}: {rule}, as in {example}", given=given, rule=rule, example=Option(key, example))
 
 
 class CompatibilityError(AcalxError):

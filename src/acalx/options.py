@@ -40,25 +40,25 @@ def is_whole(value: object) -> TypeGuard[int]:
 def require_confidence(value: object) -> None:
     """Raise ArgumentError unless it is a probability that intervals can have, from 0.5 to less than 1."""
     if not is_number(value) or not 0.5 <= value < 1.0:
-        raise ArgumentError(f"confidence={value}: give a probability from 0.5 to less than 1, such as 0.95")
+        raise ArgumentError.of("confidence", value, "give a probability from 0.5 to less than 1, such as 0.95")
 
 
 def require_count(name: str, value: object) -> None:
     """Raise ArgumentError unless the option is a whole number of at least 1."""
     if not is_whole(value) or value < 1:
-        raise ArgumentError(f"{name}={value}: must be a whole number of at least 1")
+        raise ArgumentError.of(name, value, "must be a whole number of at least 1")
 
 
 def require_positive(name: str, value: object) -> None:
     """Raise ArgumentError unless the option is a positive finite number."""
     if not is_number(value) or value <= 0:
-        raise ArgumentError(f"{name}={value}: must be a positive number")
+        raise ArgumentError.of(name, value, "must be a positive number")
 
 
 def require_number(name: str, value: object, lower: float, upper: float, unit: str = "degrees") -> float:
     """A number within limits, or ArgumentError."""
     if not is_number(value) or not lower <= value <= upper:
-        raise ArgumentError(f"{name}={value}: must be a number of {unit} from {lower:g} to {upper:g}")
+        raise ArgumentError.of(name, value, f"must be a number of {unit} from {lower:g} to {upper:g}")
     return float(value)
 
 
@@ -67,13 +67,13 @@ def require_limits(name: str, value: object, unit: str = "degrees") -> tuple[flo
     if not (isinstance(value, Sequence) and not isinstance(value, str) and len(value) == 2):
         raise ArgumentError(
             "{given}: give a lower and an upper limit in {unit}, as in {example}",
-            given=f"{name}={value}",
+            given=Option(name, value),
             unit=unit,
             example=Option(name, [-180, 180], "(-180, 180)"),
         )
     lower, upper = value
     if not (is_number(lower) and is_number(upper)):
-        raise ArgumentError(f"{name}=[{lower}, {upper}]: both limits must be finite numbers of {unit}")
+        raise ArgumentError.of(name, value, f"both limits must be finite numbers of {unit}")
     return float(lower), float(upper)
 
 
@@ -82,7 +82,7 @@ def require_step(name: str, value: object, unit: str = "degrees") -> float | Non
     if value is not None and not is_number(value):
         raise ArgumentError(
             "{given}: a step is a number of {unit}, or {none} for none",
-            given=f"{name}={value}",
+            given=Option(name, value),
             unit=unit,
             none=Option(name, None),
         )
@@ -94,7 +94,7 @@ def require_steps(name: str, value: object, count: int) -> tuple[float | None, .
     if not isinstance(value, Sequence) or isinstance(value, str):
         return (require_step(name, value),) * count
     if len(value) != count:
-        raise ArgumentError(f"{name}={list(value)}: give one step for all angles or {count}, one for each")
+        raise ArgumentError.of(name, list(value), f"give one step for all angles or {count}, one for each")
     return tuple(require_step(name, step) for step in value)
 
 
@@ -103,8 +103,8 @@ def require_speeds(name: str, value: object, count: int) -> tuple[float, ...]:
     each = tuple(value) if isinstance(value, Sequence) and not isinstance(value, str) else (value,) * count
     speeds = tuple(math.radians(speed) for speed in each if is_number(speed) and speed > 0)
     if len(speeds) != len(each) or len(each) != count:
-        raise ArgumentError(
-            f"{name}={value}: give a positive number of degrees per second, or {count} of them, one for each axis"
+        raise ArgumentError.of(
+            name, value, f"give a positive number of degrees per second, or {count} of them, one for each axis"
         )
     return speeds
 
@@ -112,7 +112,7 @@ def require_speeds(name: str, value: object, count: int) -> tuple[float, ...]:
 def require_switch(name: str, value: object) -> bool:
     """True or false, or ArgumentError."""
     if not isinstance(value, bool):
-        raise ArgumentError(f"{name}={value}: must be true or false")
+        raise ArgumentError.of(name, value, "must be true or false")
     return value
 
 
@@ -122,17 +122,17 @@ def require_part(name: str, value: object, kind: type | tuple[type, ...]) -> Non
         return
     wanted = " or ".join(each.__name__ for each in (kind if isinstance(kind, tuple) else (kind,)))
     made = f"; make one, as in {value.__name__}()" if isinstance(value, type) else ""
-    raise ArgumentError(f"{name}={value!r}: must be a {wanted}{made}")
+    raise ArgumentError.of(name, value, f"must be a {wanted}{made}")
 
 
 def require_points(name: str, value: object, objectives: int = 2) -> None:
     """Raise ArgumentError unless the option is a whole number that a front of so many objectives can have."""
     require_count(name, value)
     if is_whole(value) and value < objectives:
-        raise ArgumentError(f"{name}={value}: a front of {objectives} objectives has {objectives} ends or more")
+        raise ArgumentError.of(name, value, f"a front of {objectives} objectives has {objectives} ends or more")
 
 
 def require_seed(value: object) -> None:
     """Raise ArgumentError unless it is a seed of a random generator."""
     if not is_whole(value) or value < 0:
-        raise ArgumentError(f"seed={value}: the seed must be a whole number, 0 or more")
+        raise ArgumentError.of("seed", value, "the seed must be a whole number, 0 or more")

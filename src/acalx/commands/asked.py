@@ -56,7 +56,7 @@ def certificate_of(config: DictConfig) -> bool:
     """Whether to bound what any program could reach."""
     wanted = config.certificate
     if wanted != _AUTO and not isinstance(wanted, bool):
-        raise ArgumentError(f"certificate={wanted}: must be auto, true or false")
+        raise ArgumentError.of("certificate", wanted, "must be auto, true or false")
     if wanted is True and config.objectives is not None:
         name = next(iter(config.objectives))
         raise ArgumentError(

@@ -86,7 +86,7 @@ def _read(config: DictConfig, directory: RunDirectory) -> Readings:
     columns = names_of(config, "columns", 3)
     if config.static is not None:
         if config.where:
-            raise ArgumentError(f"where={config.where}: goes with static positions, not with a raw recording")
+            raise ArgumentError.of("where", config.where, "goes with static positions, not with a raw recording")
         intervals: StaticIntervals = build(config, "static", StaticIntervals)
         directory.remember(static=described(intervals))
         return intervals.readings(str(config.data), columns)

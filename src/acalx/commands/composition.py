@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import hydra
 from hydra.core.global_hydra import GlobalHydra
 from hydra.core.hydra_config import HydraConfig
+from hydra.errors import InstantiationException
 from omegaconf import DictConfig, ListConfig, OmegaConf
 
-from acalx.commands.explain import suggestion
+from acalx.commands.explain import chain, suggestion
 from acalx.criteria import Criterion, Objectives
-from acalx.errors import ArgumentError
+from acalx.errors import AcalxError, ArgumentError, Option
 from acalx.planning.defaults import suited
 from acalx.stands import Stand
 
@@ -62,13 +64,31 @@ def build(config: DictConfig, group: str, kind: type) -> Any:
     """Make the part that a group of the configuration describes, and check what it is."""
     if config[group] is None:
         raise ArgumentError(f"there is no {group}: give {group}=NAME")
-    part = hydra.utils.instantiate(config[group], _convert_="all")
+    try:
+        part = hydra.utils.instantiate(config[group], _convert_="all")
+    except InstantiationException as error:
+        own = next((cause for cause in chain(error) if isinstance(cause, AcalxError)), None)
+        if own is None:
+            raise
+        raise own.placed(lambda option: _placed(option, group, config[group])) from error
     if not isinstance(part, kind):
         raise ArgumentError(
             f"{group}: {config[group].get('_target_')} is not a {kind.__name__}; "
             f"it must be a class derived from {kind.__module__.rsplit('.', 1)[0]}.{kind.__name__}"
         )
     return part
+
+
+def _placed(option: Option, path: str, options: DictConfig) -> Option:
+    """An option of a part, ``step_deg``, where the configuration has it, ``stand.step_deg``; else as it is."""
+    if option.key.partition(".")[0] in options:
+        return replace(option, key=f"{path}.{option.key}")
+    for name, inner in options.items():
+        if isinstance(inner, DictConfig):
+            found = _placed(option, f"{path}.{name!s}", inner)
+            if found != option:
+                return found
+    return option
 
 
 def _compose_objectives(config: DictConfig, overrides: Sequence[str]) -> DictConfig:

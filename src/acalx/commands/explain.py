@@ -17,7 +17,7 @@ from yaml import YAMLError
 
 from acalx.errors import AcalxError, Option
 
-__all__ = ["as_override", "explain", "suggestion"]
+__all__ = ["as_override", "chain", "explain", "suggestion"]
 
 _EXAMPLES = {
     **{f"{group}._target_": f"my_module.My{group.title()}" for group in ("criterion", "model", "optimizer", "stand")},
@@ -36,7 +36,7 @@ def explain(error: BaseException, overrides: Sequence[str] = (), config_name: st
     config_name : str
         Primary configuration of the entry point.
     """
-    for cause in _chain(error):
+    for cause in chain(error):
         if isinstance(cause, AcalxError):
             return cause.said(as_override)
     if isinstance(error, MissingConfigException) and error.options is not None and error.missing_cfg_file:
@@ -74,6 +74,8 @@ def _typed(value: object) -> str:
         return "null"
     if isinstance(value, bool):
         return str(value).lower()
+    if isinstance(value, float):
+        return repr(float(value)).removesuffix(".0")
     if isinstance(value, Mapping):
         return "{" + ", ".join(f"{key}: {_typed(entry)}" for key, entry in value.items()) + "}"
     if isinstance(value, Sequence) and not isinstance(value, str):
@@ -102,7 +104,7 @@ def _choice(file: str, overrides: Sequence[str]) -> tuple[str, str]:
 def _composition(error: ConfigCompositionException, overrides: Sequence[str], config_name: str) -> str:
     """For an option that does not exist, or a value that an option does not take."""
     text = str(error)
-    for cause in _chain(error):
+    for cause in chain(error):
         if isinstance(cause, ValidationError):
             hint = "; must be true or false" if "valid bool" in str(cause) else ""
             return f"{cause.full_key}: {_first_line(cause)}{hint}"
@@ -147,18 +149,19 @@ def _instantiation(error: InstantiationException) -> str:
     text = str(error).replace(", set env var HYDRA_FULL_ERROR=1 to see chained exception.", "")
     lines = [line.strip() for line in text.splitlines() if line.strip()]
     kept = [line for line in lines if not line.startswith(("full_key", "set env var", "See "))]
-    for cause in _chain(error):
+    for cause in chain(error):
         option = re.search(r"unexpected keyword argument '(\w+)'", str(cause))
         target = re.search(r"target '([\w.]+)'", text)
         if option and target and isinstance(cause, TypeError):
             return f"{option.group(1)}: {target.group(1)} has no such option"
-    causes = [cause for cause in _chain(error) if isinstance(cause, (ImportError, AttributeError))]
+    causes = [cause for cause in chain(error) if isinstance(cause, (ImportError, AttributeError))]
     if causes:
         kept = [kept[0], _first_line(causes[-1])]  # the first that went wrong
     return ": ".join(dict.fromkeys(line.rstrip(":") for line in kept[:3]))
 
 
-def _chain(error: BaseException | None) -> Iterable[BaseException]:
+def chain(error: BaseException | None) -> Iterable[BaseException]:
+    """An error, what caused it, what caused that."""
     seen: set[int] = set()
     while error is not None and id(error) not in seen:
         seen.add(id(error))

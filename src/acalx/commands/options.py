@@ -25,7 +25,7 @@ def names_of(config: DictConfig, key: str, length: int | None = None) -> list[st
     """Names of columns that the configuration lists."""
     given = OmegaConf.to_container(config, resolve=True)[key]  # type: ignore[index,call-overload]
     if not isinstance(given, Sequence) or isinstance(given, str) or length not in (None, len(given)):
-        raise ArgumentError(f"{key}={given}: give {length or 'some'} names of columns, as in {key}=[ax,ay,az]")
+        raise ArgumentError.of(key, given, f"give {length or 'some'} names of columns, as in {key}=[ax,ay,az]")
     return [str(name) for name in given]
 
 
@@ -35,7 +35,7 @@ def where_of(config: DictConfig) -> dict[str, Any]:
     if where is None:
         return {}
     if not isinstance(where, Mapping):
-        raise ArgumentError(f"where={where}: give columns and their values, as in 'where={{imu: 3}}'")
+        raise ArgumentError.of("where", where, "give columns and their values, as in 'where={imu: 3}'")
     return {str(name): value for name, value in where.items()}
 
 

@@ -189,15 +189,12 @@ class Product(Criterion):
     def __post_init__(self) -> None:
         criteria = tuple(self.criteria) if isinstance(self.criteria, Iterable) else ()
         if not criteria or not all(isinstance(criterion, Criterion) for criterion in criteria):
-            raise ArgumentError(f"criteria={self.criteria}: a product takes a list of one or more criteria")
-        if not isinstance(self.exponents, Iterable | None):
-            raise ArgumentError(f"exponents={self.exponents}: a product takes a list of exponents, one a criterion")
-        exponents = (1.0,) * len(criteria) if self.exponents is None else tuple(self.exponents)
-        if len(exponents) != len(criteria):
-            raise ArgumentError(f"a product of {len(criteria)} criteria takes as many exponents, got {len(exponents)}")
-        for exponent in exponents:
-            if not is_number(exponent) or exponent <= 0:
-                raise ArgumentError(f"exponent {exponent}: the exponents of a product are positive numbers")
+            raise ArgumentError.of("criteria", self.criteria, "a product takes a list of one or more criteria")
+        given = (1.0,) * len(criteria) if self.exponents is None else self.exponents
+        exponents = tuple(given) if isinstance(given, Iterable) and not isinstance(given, str) else ()
+        if len(exponents) != len(criteria) or not all(is_number(each) and each > 0 for each in exponents):
+            rule = f"a product takes a positive exponent for each criterion, {len(criteria)} of them here"
+            raise ArgumentError.of("exponents", given, rule)
         object.__setattr__(self, "criteria", criteria)
         object.__setattr__(self, "exponents", exponents)
 
@@ -206,6 +203,14 @@ class Product(Criterion):
         """The criteria that are multiplied, each behind its exponent."""
         assert self.exponents is not None  # set at construction
         return list(zip(self.exponents, self.criteria, strict=True))
+
+    @property
+    def label(self) -> str:
+        """The factors with their exponents: ``D * (Inequality bias)^0.1``."""
+        return " * ".join(
+            criterion.label if exponent == 1.0 else f"({criterion.label})^{exponent:g}"
+            for exponent, criterion in self.factors
+        )
 
     def check(self, parameters: tuple[Parameter, ...]) -> None:
         """Raise ArgumentError where any of the factors does not fit the model."""

@@ -51,7 +51,7 @@ class Inequality(Ceiling):
 
     def __post_init__(self) -> None:
         if not is_number(self.floor) or not 0.0 < self.floor < 1.0:
-            raise ArgumentError(f"floor={self.floor}: the floor of an inequality is a number between 0 and 1")
+            raise ArgumentError.of("floor", self.floor, "the floor of an inequality is a number between 0 and 1")
 
     @property
     def label(self) -> str:
@@ -126,8 +126,8 @@ def fair(
     Examples
     --------
     >>> from acalx.criteria import D
-    >>> fair(D()).label
-    'Product'
+    >>> fair(D(), groups=["bias"]).label
+    'D * (Inequality bias)^0.1'
     """
     return Product([criterion, *map(Inequality, groups)], [1.0, *[exponent] * len(groups)])
 

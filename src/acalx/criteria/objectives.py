@@ -41,10 +41,10 @@ class Objectives:
     def __post_init__(self) -> None:
         criteria = tuple(self.criteria) if isinstance(self.criteria, Iterable) else ()
         if not all(isinstance(criterion, Criterion) for criterion in criteria):
-            raise ArgumentError(f"criteria={self.criteria}: objectives are a list of criteria, such as D() and A()")
+            raise ArgumentError.of("criteria", self.criteria, "objectives are a list of criteria, such as D() and A()")
         names = tuple(criterion.label for criterion in criteria) if self.names is None else tuple(self.names)
         if len(names) != len(criteria):
-            raise ArgumentError(f"names={list(names)}: {len(criteria)} objectives take as many names")
+            raise ArgumentError.of("names", list(names), f"{len(criteria)} objectives take as many names")
         if len(criteria) < 2:
             raise ArgumentError(
                 "{given}: give two or more, as in {two}; for one use {single}",

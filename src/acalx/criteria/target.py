@@ -11,7 +11,7 @@ import numpy as np
 
 from acalx.criteria.base import Ceiling
 from acalx.criteria.concave import Concave
-from acalx.errors import ArgumentError, Option
+from acalx.errors import ArgumentError
 from acalx.numerics.arrays import Array
 from acalx.options import is_number
 from acalx.quantities.information import Information
@@ -54,14 +54,11 @@ class Target(Ceiling, Concave):
     def __post_init__(self) -> None:
         given = self.standard_errors
         if not isinstance(given, Mapping) or not given:
-            raise ArgumentError(
-                "target={given}: give the largest standard error of each group, as in {example}",
-                given=given,
-                example=Option("target", {"bias": 0.5, "scale": 0.8}),
-            )
+            rule, example = "give the largest standard error of each group", {"bias": 0.5, "scale": 0.8}
+            raise ArgumentError.of("target", given, rule, example)
         for group, value in given.items():
             if not is_number(value) or value <= 0.0:
-                raise ArgumentError(f"target: {group}={value}: a standard error is a positive number")
+                raise ArgumentError.of("target", {group: value}, "a standard error is a positive number")
 
     @property
     def wanted(self) -> Mapping[str, float]:

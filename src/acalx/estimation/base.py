@@ -125,13 +125,13 @@ class Estimator(ABC):
     def check_options(self) -> None:
         """Raise ArgumentError for an option that is not acceptable."""
         if not isinstance(self.residual, Residual):
-            raise ArgumentError(f"residual={self.residual!r}: must be Magnitude(), Oriented() or Outputs()")
+            raise ArgumentError.of("residual", self.residual, "must be Magnitude(), Oriented() or Outputs()")
         if not isinstance(self.loss, Loss):
-            raise ArgumentError(f"loss={self.loss!r}: must be Squares(), Huber() or Bisquare()")
+            raise ArgumentError.of("loss", self.loss, "must be Squares(), Huber() or Bisquare()")
         if not is_number(self.tolerance) or not 1e-15 <= self.tolerance <= 1e-2:
-            raise ArgumentError(f"tolerance={self.tolerance}: give a number from 1e-15 to 1e-2, such as 1e-10")
+            raise ArgumentError.of("tolerance", self.tolerance, "give a number from 1e-15 to 1e-2, such as 1e-10")
         if not is_whole(self.iterations) or self.iterations < 1:
-            raise ArgumentError(f"iterations={self.iterations}: give a whole number, 1 or more")
+            raise ArgumentError.of("iterations", self.iterations, "give a whole number, 1 or more")
 
     @abstractmethod
     def linearization(self, model: Model, measurement: Array, stimulus: Stimulus | None) -> Linearize:

@@ -135,4 +135,4 @@ class Bisquare(Loss):
 
 def _check(tuning: object) -> None:
     if not is_number(tuning) or not 0.5 <= tuning < 100.0:
-        raise ArgumentError(f"tuning={tuning}: give a number of standard deviations from 0.5 to 100, such as 1.345")
+        raise ArgumentError.of("tuning", tuning, "give a number of standard deviations from 0.5 to 100, such as 1.345")

@@ -66,14 +66,14 @@ class StaticIntervals:
             if value is None and name == "rate_hz":
                 continue
             if not is_number(value) or value <= 0:
-                raise ArgumentError(f"{name}={value}: give a positive number, such as {name}={example}")
+                raise ArgumentError.of(name, value, f"give a positive number, such as {example:g}")
         if not self.block_s < self.window_s <= self.shortest_s:
-            raise ArgumentError(
-                f"block_s={self.block_s}, window_s={self.window_s}, shortest_s={self.shortest_s}: "
-                "each must be longer than the one before it"
-            )
-        if self.quiet >= 1 or self.factor <= 1:
-            raise ArgumentError(f"quiet={self.quiet}, factor={self.factor}: quiet is a share below 1, factor above 1")
+            times = {name: Option(name, getattr(self, name)) for name in ("block_s", "window_s", "shortest_s")}
+            raise ArgumentError("{block_s}, {window_s}, {shortest_s}: each must be longer than the one before", **times)
+        if self.quiet >= 1:
+            raise ArgumentError.of("quiet", self.quiet, "give a share below 1, such as 0.1")
+        if self.factor <= 1:
+            raise ArgumentError.of("factor", self.factor, "give a factor above 1, such as 3")
 
     def find(self, path: str | os.PathLike[str], columns: Sequence[str] = AXES) -> list[Interval]:
         """Find the static intervals of a recording.

@@ -39,7 +39,7 @@ class Unit:
 
     def __post_init__(self) -> None:
         if not self.name or not isinstance(self.name, str):
-            raise ArgumentError(f"name={self.name!r}: a unit has a name, such as counts")
+            raise ArgumentError.of("name", self.name, "a unit has a name, such as counts")
         if self.per_g is not None and not (is_number(self.per_g) and self.per_g > 0):
             raise ArgumentError(
                 "{given}: give the number of {unit} that are 1 g, such as 9.80665 or 4096, "
@@ -49,4 +49,4 @@ class Unit:
                 unknown=Option("per_g", None),
             )
         if not is_number(self.offset):
-            raise ArgumentError(f"offset={self.offset}: give the reading of a perfect sensor at zero, such as 32768")
+            raise ArgumentError.of("offset", self.offset, "give the reading of a perfect sensor at zero, such as 32768")

@@ -141,7 +141,7 @@ class Joined(Composite):
 
     def __post_init__(self) -> None:
         if not isinstance(self.parts, Sequence) or not self.parts or not all(isinstance(p, Model) for p in self.parts):
-            raise ArgumentError(f"parts={self.parts}: give a list of one or more models")
+            raise ArgumentError.of("parts", self.parts, "give a list of one or more models")
         names = [parameter.name for parameter in self.parameters]
         twice = sorted({name for name in names if names.count(name) > 1})
         if twice:

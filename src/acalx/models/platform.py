@@ -56,7 +56,7 @@ class Platform(Composite):
     def __post_init__(self) -> None:
         given = self.sensors
         if isinstance(given, str) or not isinstance(given, Sequence) or not given or not set(given) <= set(_SENSORS):
-            raise ArgumentError(f"sensors={given}: give one or both of {', '.join(_SENSORS)}, as in [gyros,accels]")
+            raise ArgumentError.of("sensors", given, f"give one or both of {', '.join(_SENSORS)}", list(_SENSORS))
         _ = self.models  # built once here so that bad options are refused at construction
 
     @cached_property
@@ -72,5 +72,5 @@ class Platform(Composite):
 def _three(name: str, value: float | Sequence[float]) -> tuple[float, ...]:
     values = tuple(value) if isinstance(value, Sequence) and not isinstance(value, str) else (value,) * 3
     if len(values) != 3:
-        raise ArgumentError(f"{name}={value}: give one number, or three for the x, y and z sensor")
+        raise ArgumentError.of(name, value, "give one number, or three for the x, y and z sensor")
     return tuple(require_noise(name, each) for each in values)

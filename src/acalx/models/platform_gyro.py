@@ -60,7 +60,7 @@ class PlatformGyro(Polynomial):
         known = ", ".join(_PRODUCTS)
         pair = self.second_order
         if isinstance(pair, str) or not isinstance(pair, Sequence) or len(pair) != 2 or pair[0] == pair[1]:
-            raise ArgumentError(f"second_order={pair}: give two different terms out of {known}, as in [IS,SS]")
+            raise ArgumentError.of("second_order", pair, f"give two different terms out of {known}", ["IS", "SS"])
         for product in pair:
             if product not in _PRODUCTS:
                 raise ArgumentError(f"second_order: there is no term {product!r}; the terms are {known}")

@@ -100,14 +100,14 @@ class Polynomial(Model):
 def require_noise(name: str, value: object) -> float:
     """A standard deviation as a number, or ArgumentError."""
     if not is_number(value) or value <= 0:
-        raise ArgumentError(f"{name}={value}: a standard deviation is a positive number")
+        raise ArgumentError.of(name, value, "a standard deviation is a positive number")
     return float(value)
 
 
 def require_axis(name: str, value: object) -> int:
     """Number of an axis given by its letter, or ArgumentError."""
     if not isinstance(value, str) or value not in ("x", "y", "z"):
-        raise ArgumentError(f"{name}={value}: an axis is x, y or z")
+        raise ArgumentError.of(name, value, "an axis is x, y or z")
     return "xyz".index(value)
 
 

@@ -9,7 +9,7 @@ from typing import final
 
 import numpy as np
 
-from acalx.errors import ArgumentError, Option
+from acalx.errors import ArgumentError
 from acalx.models.base import Model
 from acalx.numerics.arrays import Array, components, empty_as
 from acalx.quantities.parameter import Parameter
@@ -61,12 +61,7 @@ class ScalarAccel(Model):
     def __post_init__(self) -> None:
         given = self.groups
         if isinstance(given, str) or not isinstance(given, Sequence) or not given or not set(given) <= set(_GROUPS):
-            raise ArgumentError(
-                "groups={given}: give one or more of {groups}, as in {example}",
-                given=given,
-                groups=", ".join(_GROUPS),
-                example=Option("groups", ["bias", "scale"]),
-            )
+            raise ArgumentError.of("groups", given, f"give one or more of {', '.join(_GROUPS)}", ["bias", "scale"])
         object.__setattr__(self, "groups", tuple(group for group in _GROUPS if group in given))
 
     @cached_property

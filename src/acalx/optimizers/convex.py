@@ -83,11 +83,11 @@ class Convex(Optimizer[Result]):
         for name in ("tolerance", "agreement"):
             require_positive(name, getattr(self, name))
         if self.kind not in ("structured", "random"):
-            raise ArgumentError(f"kind={self.kind}: must be structured or random")
+            raise ArgumentError.of("kind", self.kind, "must be structured or random")
         if not isinstance(self.solver, str | None):
             raise ArgumentError(
-                "solver={given}: must be the name of a solver, such as CLARABEL, or {none}",
-                given=self.solver,
+                "{given}: must be the name of a solver, such as CLARABEL, or {none}",
+                given=Option("solver", self.solver),
                 none=Option("solver", None),
             )
 
@@ -97,10 +97,10 @@ class Convex(Optimizer[Result]):
         if self.solver is not None and self.solver not in (installed := installed_solvers()):
             have = f"installed are {', '.join(installed)}" if installed else "cvxpy is not installed at all"
             raise ArgumentError(
-                "solver={given}: cvxpy has no such solver here; {have}, or take {none}",
-                given=self.solver,
+                "{given}: cvxpy has no such solver here; {have}, or take {none}",
+                given=Option("optimizer.solver", self.solver),
                 have=have,
-                none=Option("solver", None),
+                none=Option("optimizer.solver", None),
             )
 
     def search(self, problem: Problem, rng: np.random.Generator, account: Account) -> Result:

@@ -93,16 +93,16 @@ class DifferentialEvolution(Optimizer[Result]):
         for name in ("agreement", "spread"):
             require_positive(name, getattr(self, name))
         if self.strategy not in _STRATEGIES:
-            raise ArgumentError(f"strategy={self.strategy}: must be one of {', '.join(_STRATEGIES)}")
+            raise ArgumentError.of("strategy", self.strategy, f"must be one of {', '.join(_STRATEGIES)}")
         weights = self.mutation if isinstance(self.mutation, Sequence) else (self.mutation,)
         if not all(is_number(w) and 0 <= w < 2 for w in weights) or len(weights) not in (1, 2):
-            raise ArgumentError(f"mutation={self.mutation}: must be a number from 0 to 2, or two of them")
+            raise ArgumentError.of("mutation", self.mutation, "must be a number from 0 to 2, or two of them")
         if not is_number(self.recombination) or not 0 <= self.recombination <= 1:
-            raise ArgumentError(f"recombination={self.recombination}: must be a number from 0 to 1")
+            raise ArgumentError.of("recombination", self.recombination, "must be a number from 0 to 1")
         if not is_whole(self.companions) or self.companions < 0:
-            raise ArgumentError(f"companions={self.companions}: must be a whole number, 0 or more")
+            raise ArgumentError.of("companions", self.companions, "must be a whole number, 0 or more")
         if not isinstance(self.polish, bool):
-            raise ArgumentError(f"polish={self.polish}: must be true or false")
+            raise ArgumentError.of("polish", self.polish, "must be true or false")
 
     def search(self, problem: Problem, rng: np.random.Generator, account: Account) -> Result:
         """Restarts until enough of them agree."""

@@ -87,9 +87,9 @@ class NSGA2(Optimizer[Front]):
         for name in ("crossover", "mutation"):
             value = getattr(self, name)
             if not (is_number(value) and 0 < value <= 1) and (name == "crossover" or value is not None):
-                raise ArgumentError(f"{name}={value}: must be a probability above 0 and up to 1")
+                raise ArgumentError.of(name, value, "must be a probability above 0 and up to 1")
         if not isinstance(self.polish, bool):
-            raise ArgumentError(f"polish={self.polish}: must be true or false")
+            raise ArgumentError.of("polish", self.polish, "must be true or false")
 
     def check(self, problem: Problem) -> None:
         """Refuses fewer points than objectives."""

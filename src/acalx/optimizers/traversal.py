@@ -78,26 +78,22 @@ class Traversal(Optimizer[Result]):
     extends: bool = False
 
     def __post_init__(self) -> None:
-        if self.rule not in RULES:
-            raise ArgumentError(f"rule={self.rule}: there is no such rule; the rules are {', '.join(RULES)}")
+        if not isinstance(self.rule, str) or self.rule not in RULES:
+            raise ArgumentError.of("rule", self.rule, f"there is no such rule; the rules are {', '.join(RULES)}")
         for name in ("independent_starts", "shorter", "extends"):
             if not isinstance(getattr(self, name), bool):
-                raise ArgumentError(f"{name}={getattr(self, name)}: must be true or false")
+                raise ArgumentError.of(name, getattr(self, name), "must be true or false")
         starts, steps = _numbers("starts_deg", self.starts_deg), _numbers("steps_deg", self.steps_deg)
         if len(starts) != 3 or not (starts[0] < starts[1] and starts[2] > 0):
-            raise ArgumentError(
-                "starts_deg={given}: give from, up to and step, as in {example}",
-                given=list(starts),
-                example=Option("starts_deg", [0, 180, 5]),
-            )
+            raise ArgumentError.of("starts_deg", list(starts), "give from, up to and step", [0, 180, 5])
         if 0.0 in steps or len(set(steps)) < len(steps):
-            raise ArgumentError(f"steps_deg={list(steps)}: give one or more different steps, none of them 0")
+            raise ArgumentError.of("steps_deg", list(steps), "give one or more different steps, none of them 0")
         if self.n_from is not None:
             require_count("n_from", self.n_from)
             if not self.shorter:
                 raise ArgumentError(
-                    "n_from={n_from} with {shorter}: one or the other",
-                    n_from=self.n_from,
+                    "{n_from} with {shorter}: one or the other",
+                    n_from=Option("n_from", self.n_from),
                     shorter=Option("shorter", False),
                 )
 
@@ -124,7 +120,7 @@ class Traversal(Optimizer[Result]):
             why = f"which the {len(problem.parameters)} parameters of {type(problem.model).__name__} need"
             if problem.held >= least:
                 least, why = problem.held + 1, f"one more than the {problem.held} fixed positions"
-            raise ArgumentError(f"n_from={self.n_from}: must be from {least}, {why}, to n={problem.n}")
+            raise ArgumentError.of("optimizer.n_from", self.n_from, f"must be from {least}, {why}, to n={problem.n}")
         count = self._regular.count(problem.d)
         if count > _MOST_SEQUENCES:
             raise ArgumentError(f"{count:,} sequences are too many; {_MOST_SEQUENCES:,} is the most: take wider steps")
@@ -179,7 +175,7 @@ class Traversal(Optimizer[Result]):
 
 def _numbers(name: str, values: object) -> tuple[float, ...]:
     if isinstance(values, str) or not isinstance(values, Sequence) or not values:
-        raise ArgumentError(f"{name}={values}: give a list of degrees")
+        raise ArgumentError.of(name, values, "give a list of degrees")
     for value in values:
         if not is_number(value):
             raise ArgumentError(f"{name}: {value} is not a finite number of degrees")

@@ -94,9 +94,9 @@ def itinerary(stand: Stand, settings: Array, order: str, rng: np.random.Generato
 def check_order(order: object, dwell_s: object = 0.0) -> None:
     """Raise ArgumentError for an order that there isn't, or a time that is none."""
     if order not in ORDERS:
-        raise ArgumentError(f"order={order}: the order of visit is {', '.join(ORDERS)}")
+        raise ArgumentError.of("order", order, f"the order of visit is {', '.join(ORDERS)}")
     if not is_number(dwell_s) or dwell_s < 0.0:
-        raise ArgumentError(f"dwell_s={dwell_s}: give the seconds in each position, 0 or more")
+        raise ArgumentError.of("dwell_s", dwell_s, "give the seconds in each position, 0 or more")
 
 
 def _given(stand: Stand, settings: Array, held: int, rng: np.random.Generator) -> Array:

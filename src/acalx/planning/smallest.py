@@ -131,7 +131,9 @@ def smallest_program(
     target.check(problem.parameters)
     least = scheme.smallest_n(problem)
     if not is_whole(most) or most < least:
-        raise ArgumentError(f"n_most={most}: must be a whole number, {least} or more, which the model and scheme need")
+        raise ArgumentError.of(
+            "n_most", most, f"must be a whole number, {least} or more, which the model and scheme need"
+        )
     problem = replace(problem, n=least)
     bound, method = _bound(problem, target)
     first = max(least, bound or 0)

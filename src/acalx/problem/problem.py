@@ -67,7 +67,7 @@ class Problem:
         require_part("criterion", self.criterion, (Criterion, Objectives))
         _check_n(self.n, self.model)
         if not isinstance(self.replicates, bool):
-            raise ArgumentError(f"replicates={self.replicates!r}: must be true or false")
+            raise ArgumentError.of("replicates", self.replicates, "must be true or false")
         if self.fixed is not None:
             object.__setattr__(self, "fixed", _checked(self.fixed, len(self.stand.settings)))
         if self.held >= self.n:
@@ -180,7 +180,7 @@ def _checked(fixed: object, d: int) -> Array:
     try:
         array = np.array(fixed, dtype=float) + 0.0  # no negative zeros, which are equal and look different
     except (TypeError, ValueError) as error:
-        raise ArgumentError(f"fixed={fixed!r}: give an array of positions (f, {d}), in rad") from error
+        raise ArgumentError.of("fixed", fixed, f"give an array of positions (f, {d}), in rad") from error
     if array.ndim != 2 or array.shape[1] != d or not len(array):
         raise ArgumentError(f"fixed: positions of shape {array.shape}; the stand takes (f, {d}), in rad")
     if not np.isfinite(array).all():
@@ -192,12 +192,12 @@ def _checked(fixed: object, d: int) -> Array:
 def _check_n(n: int, model: Model) -> None:
     name, p, least = type(model).__name__, len(model.parameters), model.smallest_n
     if not is_whole(n):
-        raise ArgumentError(f"n={n}: the number of positions must be a whole number, such as n={2 * least}")
+        raise ArgumentError.of("n", n, f"the number of positions must be a whole number, such as n={2 * least}")
     if n < least:
-        raise ArgumentError(f"n={n}: the {p} parameters of {name} need {least} positions or more")
+        raise ArgumentError.of("n", n, f"the {p} parameters of {name} need {least} positions or more")
     # the rows and their derivatives, for several programs at a time
     each = model.outputs * p * 8 * 128
     need = n * each
     if need > _MEMORY_LIMIT_BYTES:
         most = _MEMORY_LIMIT_BYTES // each
-        raise ArgumentError(f"n={n}: would take about {need / 2**30:.0f} GB of memory; n={most} is the most")
+        raise ArgumentError.of("n", n, f"would take about {need / 2**30:.0f} GB of memory; n={most} is the most")

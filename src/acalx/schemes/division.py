@@ -15,14 +15,10 @@ def check_positions(positions: object) -> None:
     if positions is None:
         return
     if not isinstance(positions, Mapping) or not positions:
-        raise ArgumentError(
-            "positions={given}: give numbers by kind, as in {example}",
-            given=positions,
-            example=Option("scheme.positions", {"gyros": 10}),
-        )
+        raise ArgumentError.of("scheme.positions", positions, "give numbers by kind", {"gyros": 10})
     for name, number in positions.items():
         if not is_whole(number) or number < 0:
-            raise ArgumentError(f"positions: {name}={number}: must be a whole number of positions")
+            raise ArgumentError.of("scheme.positions", {name: number}, "must be a whole number of positions")
 
 
 def divide(
@@ -51,7 +47,7 @@ def divide(
         if name not in least:
             raise ArgumentError(f"positions: the model has no part {name!r}; its parts are {', '.join(least)}")
         if number < least[name]:
-            raise ArgumentError(f"positions: {name}={number}: the {name} need {least[name]} or more")
+            raise ArgumentError.of("scheme.positions", {name: number}, f"the {name} need {least[name]} or more")
     divided = {name: given.get(name, fewest) for name, fewest in least.items()}
     need, free = held + sum(divided.values()), [name for name in least if name not in given]
     if need > n or (need < n and not free):

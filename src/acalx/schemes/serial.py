@@ -8,7 +8,7 @@ from typing import Any, final
 
 import numpy as np
 
-from acalx.errors import AcalxError, ArgumentError, Option
+from acalx.errors import AcalxError, ArgumentError
 from acalx.models import Model
 from acalx.numerics.arrays import Array
 from acalx.optimizers import Optimizer
@@ -56,11 +56,7 @@ class Serial(Scheme):
     def __post_init__(self) -> None:
         check_positions(self.positions)
         if self.order is not None and (isinstance(self.order, str) or not isinstance(self.order, Sequence)):
-            raise ArgumentError(
-                "order={order}: give a list of kinds, as in {example}",
-                order=self.order,
-                example=Option("scheme.order", ["accels", "gyros"]),
-            )
+            raise ArgumentError.of("scheme.order", self.order, "give a list of kinds", ["accels", "gyros"])
 
     def smallest_n(self, problem: Problem) -> int:
         """What the first kind needs alone, and one for each further kind."""

@@ -83,16 +83,15 @@ class ErrorSources:
         if self.knowledge_rad is not None:
             _require_deviation("knowledge_rad", self.knowledge_rad)
         if not is_number(self.drift_positions) or self.drift_positions <= 0:
-            raise ArgumentError(f"drift_positions={self.drift_positions}: give a positive number of positions")
+            raise ArgumentError.of("drift_positions", self.drift_positions, "give a positive number of positions")
         for name in ("setting_repeats", "installation_known"):
             if not isinstance(getattr(self, name), bool):
-                raise ArgumentError(f"{name}={getattr(self, name)}: must be true or false")
+                raise ArgumentError.of(name, getattr(self, name), "must be true or false")
         pair = self.installation_arcsec
         if not _is_pair(pair) or pair[1] < 0:
-            raise ArgumentError(
-                f"installation_arcsec={pair}: give the mean and the standard deviation, which is not negative, "
-                "as in [10,1]"
-            )
+            rule = "give the mean and the standard deviation, which is not negative, as in {example}"
+            example = Option("installation_arcsec", [10, 1])
+            raise ArgumentError("{given}: " + rule, given=Option("installation_arcsec", pair), example=example)
         if not isinstance(self.parameters, Mapping):
             raise ArgumentError(
                 "{given}: give magnitudes by group, as in {right}",
@@ -127,8 +126,10 @@ class ErrorSources:
                 )
         if any(self.installation_arcsec) and not stand.axis_errors:
             raise CompatibilityError(
-                f"installation_arcsec={list(self.installation_arcsec)}: stand {type(stand).__name__} does not say "
-                "what its axes can be off by; give [0,0]"
+                "{given}: stand {stand} does not say what its axes can be off by; give {none}",
+                given=Option("errors.installation_arcsec", list(self.installation_arcsec)),
+                stand=type(stand).__name__,
+                none=Option("errors.installation_arcsec", [0, 0]),
             )
 
     def true_parameters(self, parameters: tuple[Parameter, ...], normal: Array, uniform: Array) -> Array:
@@ -151,17 +152,16 @@ class ErrorSources:
 
 def _require_deviation(name: str, value: object) -> None:
     if not is_number(value) or value < 0:
-        raise ArgumentError(f"{name}={value}: a standard deviation is a number, 0 or more")
+        raise ArgumentError.of(name, value, "a standard deviation is a number, 0 or more")
 
 
 def _require_magnitude(group: str, magnitude: object) -> None:
     if _is_pair(magnitude):
         if not 0 <= magnitude[0] <= magnitude[1]:
-            raise ArgumentError(
-                f"parameters.{group}={list(magnitude)}: give the least and the largest magnitude, 0 or more"
-            )
-    else:
-        _require_deviation(f"parameters.{group}", magnitude)
+            rule = "give the least and the largest magnitude, 0 or more"
+            raise ArgumentError.of("parameters", {group: list(magnitude)}, rule)
+    elif not is_number(magnitude) or magnitude < 0:
+        raise ArgumentError.of("parameters", {group: magnitude}, "a standard deviation is a number, 0 or more")
 
 
 def _is_pair(value: object) -> TypeGuard[Sequence[float]]:

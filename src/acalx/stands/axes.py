@@ -158,7 +158,7 @@ class Axes:
         if kind == "structured":
             return grid_over(self.settings, size)
         if kind != "random":
-            raise ArgumentError(f"kind={kind}: candidates are structured or random")
+            raise ArgumentError.of("kind", kind, "candidates are structured or random")
         return self.random(rng, (size,))
 
     def _anywhere(self, rng: np.random.Generator, shape: tuple[int, ...]) -> Array:

@@ -55,24 +55,31 @@ class Setting:
             raise ArgumentError(f"{self.name}: periodic={self.periodic!r}: must be true or false")
         if self.periodic and self.unit.turn is None:
             raise ArgumentError(f"{self.column}: only an angle is periodic, not what is in {self.unit.plural}")
+        lower, upper = (_short(limit / self.unit.size) for limit in (self.lower, self.upper))
+
+        def refused(rule: str) -> ArgumentError:
+            return ArgumentError.of(self.column, [lower, upper], rule)
+
         if not (math.isfinite(self.lower) and math.isfinite(self.upper)):
-            raise ArgumentError(f"{self.limits}: bounds must be finite numbers of {self.unit.plural}")
+            raise refused(f"bounds must be finite numbers of {self.unit.plural}")
         if self.lower >= self.upper:
-            raise ArgumentError(f"{self.limits}: the lower bound must be below the upper one")
+            raise refused("the lower bound must be below the upper one")
         if self.periodic and self.upper - self.lower > _TURN * (1 + _SLACK):
-            raise ArgumentError(f"{self.limits}: a periodic angle spans 360 degrees at most")
+            raise refused("a periodic angle spans 360 degrees at most")
         if self.step is not None:
-            step = f"{self.step / self.unit.size:g}"
-            if not (math.isfinite(self.step) and self.step > 0):
-                raise ArgumentError(
-                    f"{self.unit.column('step')}={step}: a step must be a positive number of {self.unit.plural}"
-                )
-            if (self.upper - self.lower) / self.step > _MOST_STOPS:
-                raise ArgumentError(
-                    f"{self.unit.column('step')}={step}: gives more than {_MOST_STOPS:,} stops; leave the step out"
-                )
-            if not self.full_turn and math.floor(self._last) < math.ceil(self._first):
-                raise ArgumentError(f"{self.limits} holds no multiple of the step of {step} {self.unit.plural}")
+            self._check_step(self.step)
+        if self.step is not None and not self.full_turn and math.floor(self._last) < math.ceil(self._first):
+            step = f"{self.step / self.unit.size:g} {self.unit.plural}"
+            raise refused(f"holds no multiple of the step of {step}")
+
+    def _check_step(self, step: float) -> None:
+        # one step for all angles, and another for a rate
+        option = self.unit.column("step" if self.unit.turn else f"{self.name}_step")
+        given = _short(step / self.unit.size)
+        if not (math.isfinite(step) and step > 0):
+            raise ArgumentError.of(option, given, f"a step must be a positive number of {self.unit.plural}")
+        if (self.upper - self.lower) / step > _MOST_STOPS:
+            raise ArgumentError.of(option, given, f"gives more than {_MOST_STOPS:,} stops; leave the step out")
 
     @classmethod
     def in_unit(
@@ -156,3 +163,9 @@ class Setting:
         if self.step is None:
             return inside
         return np.asarray(inside & (np.abs(wrapped - self.step * np.round(wrapped / self.step)) <= tolerance))
+
+
+def _short(value: float) -> float:
+    """A number as people write it: six digits, and whole without a point."""
+    short = float(f"{value:g}")
+    return int(short) if short.is_integer() else short

@@ -43,7 +43,7 @@ def read_zones(settings: Sequence[Setting], forbidden: object, forbidden_if: obj
         if not isinstance(forbidden, Sequence) or isinstance(forbidden, str):
             raise ArgumentError(
                 "{given}: give a list of boxes, as in {example}",
-                given=f"forbidden={forbidden!r}",
+                given=Option("forbidden", forbidden),
                 example=_example(settings),
             )
         boxes = [_box(box, settings) for box in forbidden]
@@ -58,22 +58,20 @@ def _box(box: object, settings: Sequence[Setting]) -> Box:
     columns = [setting.column for setting in settings]
     if not isinstance(box, Mapping) or not box:
         raise ArgumentError(
-            "forbidden: {box!r} is not a box; give one as in {example}", box=box, example=_example(settings)
+            "{given}: not a box; give one as in {example}", given=Option("forbidden", [box]), example=_example(settings)
         )
     lower, upper = [-math.inf] * len(settings), [math.inf] * len(settings)
     for name, interval in box.items():
         if name not in columns:
-            raise ArgumentError(f"forbidden: the stand has no {name}; it has {', '.join(columns)}")
+            raise ArgumentError.of("forbidden", [box], f"the stand has no {name}; it has {', '.join(columns)}")
         k = columns.index(name)
         unit, periodic = settings[k].unit, settings[k].periodic
         if not (isinstance(interval, Sequence) and len(interval) == 2 and all(map(is_number, interval))):
-            raise ArgumentError(f"forbidden: {name}={interval!r}: give a lower and an upper end in {unit.plural}")
+            raise ArgumentError.of("forbidden", [box], f"give a lower and an upper end of {name} in {unit.plural}")
         low, high = (float(unit.read(end)) for end in interval)
         if low >= high:
-            raise ArgumentError(
-                f"forbidden: {name}=[{interval[0]:g},{interval[1]:g}]: the lower end must be below the upper one"
-                + ("; across 0 degrees write it as [350,370]" if periodic else "")
-            )
+            across = "; across 0 degrees write it as [350,370]" if periodic else ""
+            raise ArgumentError.of("forbidden", [box], f"the lower end of {name} must be below the upper one{across}")
         if not (periodic and high - low >= TURN):  # all of a turn does not matter
             lower[k], upper[k] = _past_limits(settings[k], low, high)
     return Box(tuple(lower), tuple(upper), tuple(setting.periodic for setting in settings))
@@ -114,15 +112,15 @@ def _function(given: object, names: Sequence[str]) -> Callable[..., Any]:
         try:
             given = getattr(importlib.import_module(module), attribute)
         except (ImportError, AttributeError, ValueError) as error:
-            raise ArgumentError(
-                f"forbidden_if={given}: can't be imported ({error}); give module.function of a module on your path"
+            raise ArgumentError.of(
+                "forbidden_if", given, f"can't be imported ({error}); give module.function of a module on your path"
             ) from error
     if not callable(given):
-        raise ArgumentError(f"forbidden_if={given!r}: give a function, or module.function of a module on your path")
+        raise ArgumentError.of("forbidden_if", given, "give a function, or module.function of a module on your path")
     try:
         inspect.signature(given).bind(**dict.fromkeys(names))
     except TypeError as error:
-        raise ArgumentError(f"forbidden_if={label}: must take {', '.join(names)} ({error})") from error
+        raise ArgumentError.of("forbidden_if", label, f"must take {', '.join(names)} ({error})") from error
     return given
 
 

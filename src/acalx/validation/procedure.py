@@ -105,7 +105,7 @@ class _Ways:
 
     def __post_init__(self) -> None:
         if not is_whole(self.turns) or self.turns < 1:
-            raise ArgumentError(f"turns={self.turns}: give a whole number; 1 leaves programs as they are")
+            raise ArgumentError.of("turns", self.turns, "give a whole number; 1 leaves programs as they are")
 
     def sensor(
         self, name: str, readings: Readings, tests: Mapping[str, Readings] | None, rng: np.random.Generator

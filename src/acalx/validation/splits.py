@@ -106,9 +106,9 @@ def validate_folds(
 def random_splits(n: int, share: float, count: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
     """Indices (count, k) and (count, n - k) of random training and test positions, k about n times the share."""
     if not is_number(share) or not 0.0 < share < 1.0:
-        raise ArgumentError(f"share={share}: give the share of positions to calibrate on, between 0 and 1, as 0.667")
+        raise ArgumentError.of("share", share, "give the share of positions to calibrate on, between 0 and 1, as 0.667")
     if not is_whole(count) or count < 1:
-        raise ArgumentError(f"splits={count}: give a whole number, 1 or more")
+        raise ArgumentError.of("splits", count, "give a whole number, 1 or more")
     k = round(n * share)
     if n - k < 2:
         raise DataError(f"a share of {share:g} of {n} positions leaves fewer than two to test on; measure more")
@@ -119,7 +119,7 @@ def random_splits(n: int, share: float, count: int, rng: np.random.Generator) ->
 def take_folds(n: int, k: int, rng: np.random.Generator) -> list[np.ndarray]:
     """Indices of the test positions of each of k folds of nearly the same size; k = n leaves one out."""
     if not is_whole(k) or not 2 <= k <= n:
-        raise ArgumentError(f"folds={k}: give a whole number from 2 to the {n} positions")
+        raise ArgumentError.of("folds", k, f"give a whole number from 2 to the {n} positions")
     return [np.sort(part) for part in np.array_split(rng.permutation(n), k)]
 
 
