@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import re
 from pathlib import Path
 
@@ -9,7 +10,7 @@ import numpy as np
 import pytest
 
 import acalx
-from acalx.errors import ArgumentError, CompatibilityError
+from acalx.errors import ArgumentError, CompatibilityError, PluginError
 from acalx.recording import RunDirectory
 from command import run
 
@@ -84,7 +85,7 @@ def test_several_objectives_have_a_front_and_no_certificate():
         acalx.design(problem, certificate=True)
 
 
-def test_an_order_dependent_model_is_called_what_it_is(tmp_path):
+def test_an_order_dependent_model_is_called_what_it_is(tmp_path, monkeypatch):
     """Its loss is another when positions are sorted: no result that contradicts itself."""
     (tmp_path / "drifting.py").write_text(
         "import dataclasses\nimport numpy as np\nfrom acalx.models import Model, ScalarAccel\n\n\n"
@@ -102,3 +103,7 @@ def test_an_order_dependent_model_is_called_what_it_is(tmp_path):
     assert "order of the positions" in outcome.result["message"]
     assert "order of the positions" in outcome.err
     assert (outcome.directory / "program.csv").exists()
+    monkeypatch.syspath_prepend(tmp_path)
+    model = importlib.import_module("drifting").Drifting()
+    with pytest.raises(PluginError, match=r"does model Drifting .* depend on the order of the positions"):
+        acalx.design(acalx.Problem(acalx.TwoAxis(), model, acalx.D(), 12), acalx.Gradient())

@@ -142,7 +142,7 @@ class SweepReport(Callback):
             )
             if result["status"] == "failed":
                 _State.statuses.append(FAILED)
-        print(f"\n{align(rows)}\n{len(found)} jobs in {directory}")
+        print(f"\n{align(rows)}\n{len(found)} job{'s' * (len(found) != 1)} in {directory}")
 
 
 def _run_job(entry: Entry, config: DictConfig, path: Path, overrides: list[str]) -> int:

@@ -12,7 +12,7 @@ import numpy as np
 
 from acalx.bounds import Certificate, certify
 from acalx.criteria import Criterion, Target
-from acalx.errors import ArgumentError
+from acalx.errors import ArgumentError, PluginError
 from acalx.numerics.arrays import Array
 from acalx.optimizers import Optimizer
 from acalx.options import require_count, require_part, require_seed, require_switch
@@ -25,9 +25,13 @@ from acalx.problem import Problem
 from acalx.programs import Program
 from acalx.schemes import Composed, Joint, Part, Scheme
 from acalx.search.account import Watch
-from acalx.search.result import Found, Front, Result
+from acalx.search.result import Found, Front, Result, Solution
 
 __all__ = ["Designed", "Request", "design"]
+
+
+# Losses of a program and of the same program in another order, or read from its file, differ by less: sums and digits.
+_SAME = 1e-6
 
 
 @final
@@ -133,6 +137,25 @@ class Designed:
         """The best published program of as many positions; None for several objectives."""
         return None if isinstance(self.result, Front) else best_published(self.problem)
 
+    def contradiction(self, settings: Array) -> str:
+        """How the loss of the program (n, d), looked at anew, contradicts the search; nothing where it does not.
+
+        A model that depends on the order of the positions, or a stand on more than its settings,
+        has another loss for the program than the search found.
+        """
+        result = self.result
+        found = result.points[result.knee].losses if isinstance(result, Front) else np.array([_best(result).loss])
+        again = np.array([float(single.objective.loss(settings)) for single in self.problem.singles])
+        apart = np.abs(np.nan_to_num(again - found, nan=np.inf))
+        if (apart <= _SAME * (1.0 + np.abs(found))).all():
+            return ""
+        of_program, of_search = (", ".join(f"{loss:.9g}" for loss in losses) for losses in (again, found))
+        return (
+            f"the program has the loss {of_program}, but the search found {of_search}: does model "
+            f"{type(self.problem.model).__name__} or stand {type(self.problem.stand).__name__} depend on the order of "
+            "the positions, or on more than their settings?"
+        )
+
     def certified(self) -> Designed:
         """The same with a certificate.
 
@@ -190,6 +213,9 @@ def design(
         What is not acceptable or does not fit together; before any work.
     NoProgramError
         No program of the problem can estimate all the parameters.
+    PluginError
+        The loss of the program is another than that of the search: a model that depends on the
+        order of the positions.
 
     Examples
     --------
@@ -207,6 +233,8 @@ def design(
     wanted = Target(target) if isinstance(target, Mapping) else target
     request = Request(optimizer, scheme or Joint(), wanted, n_most, orient, order, dwell_s, seed)
     designed = searched(problem, request, watch)
+    if wrong := designed.contradiction(designed.program):
+        raise PluginError(wrong)
     if designed.status == "interrupted" or certificate is False or several:
         return designed
     return designed.certified()
@@ -252,3 +280,8 @@ def _composed(problem: Problem, request: Request, watch: Watch | None) -> tuple[
 
     smallest = smallest_program(problem, request.target, scheme, solve, request.n_most)
     return smallest.composed, smallest
+
+
+def _best(result: object) -> Solution:
+    assert isinstance(result, Result)  # a search has found programs or a front
+    return result.best

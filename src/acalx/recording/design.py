@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
-
 from acalx.criteria import Criterion, Objectives
 from acalx.numerics.arrays import Array
 from acalx.planning.design import Designed, Request
@@ -20,9 +18,6 @@ from acalx.schemes import Part
 from acalx.search.result import ApproximateDesign, Front, Result
 
 __all__ = ["asked", "names_of", "record", "record_result"]
-
-# Losses of a program and of the same program read from its file differ by less: digits, and sums in another order.
-_SAME = 1e-6
 
 
 def names_of(criterion: Criterion | Objectives) -> tuple[str, ...]:
@@ -84,7 +79,7 @@ def record_result(designed: Designed, directory: RunDirectory, **seconds: float)
     problem, result = designed.problem, designed.result
     written = read_program(directory.path / "program.csv").settings_for(problem.stand)
     status, message = str(result.status), result.message
-    wrong = _contradiction(designed, written)
+    wrong = designed.contradiction(written)
     if wrong:
         status, message = "failed", wrong
     parts = {**designed.seconds, **seconds}
@@ -99,26 +94,6 @@ def record_result(designed: Designed, directory: RunDirectory, **seconds: float)
         **_found_entries(problem, designed, written if wrong else None),
     )
     return wrong
-
-
-def _contradiction(designed: Designed, written: Array) -> str:
-    """How the program as written contradicts the search; nothing where it does not."""
-    problem, result = designed.problem, designed.result
-    found = result.points[result.knee].losses if isinstance(result, Front) else _loss(result)
-    again = np.array([float(single.objective.loss(written)) for single in problem.singles])
-    apart = np.abs(np.nan_to_num(again - found, nan=np.inf))
-    if (apart <= _SAME * (1.0 + np.abs(found))).all():
-        return ""
-    return (
-        f"the program in program.csv has the loss {', '.join(f'{loss:.9g}' for loss in again)}, but the search found "
-        f"{', '.join(f'{loss:.9g}' for loss in np.atleast_1d(found))}: does model {type(problem.model).__name__} or "
-        f"stand {type(problem.stand).__name__} depend on the order of the positions, or on more than their settings?"
-    )
-
-
-def _loss(result: object) -> Array:
-    assert isinstance(result, Result)  # a search has found programs or a front
-    return np.array([result.best.loss])
 
 
 def _found_entries(problem: Problem, designed: Designed, written: Array | None) -> dict[str, Any]:

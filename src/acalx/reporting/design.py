@@ -74,7 +74,8 @@ def _show_result(result: Result) -> None:
     if result.gain is not None:
         print(f"the polish lowered the loss by {result.gain:.3g}, to {result.best.loss:.6f}")
     if len(result.solutions) > 1:
-        print(f"{len(result.solutions) - 1} other programs are as good; see alternatives.csv")
+        others = len(result.solutions) - 1
+        print(f"{others} other program{'s are' if others > 1 else ' is'} as good; see alternatives.csv")
 
 
 def _draw_front(problem: Problem, result: Front, directory: Path) -> None:
