@@ -202,8 +202,7 @@ def design(
         Largest standard error of each group that matters, as ``{"bias": 0.5}``: finds the smallest
         number of positions that reaches it. The problem's own n plays no part then.
     certificate : bool, optional
-        Whether to bound what any program of as many positions could reach. None: where there is
-        one criterion.
+        Whether to bound what any program of as many positions could reach; None: with one criterion.
     watch : callable, optional
         Called with the running `Account` after each step of the search, e.g. to show progress.
 
@@ -214,8 +213,7 @@ def design(
     NoProgramError
         No program of the problem can estimate all the parameters.
     PluginError
-        The loss of the program is another than that of the search: a model that depends on the
-        order of the positions.
+        The program has another loss than the search found (see `Designed.contradiction`).
 
     Examples
     --------
