@@ -1,6 +1,8 @@
 from __future__ import annotations
 
+import copy
 import math
+import pickle
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -267,3 +269,26 @@ def test_vectors_lead_back_to_their_programs(stand: Stand, fixed: int) -> None:
     assert list(encoding.integral) == stepped * (12 - fixed)
     moved = np.clip(vectors + 0.4 * encoding.integral, *encoding.bounds.T)  # rounded back to the stop
     np.testing.assert_allclose(encoding.settings(moved), programs, atol=1e-12)
+
+
+@pytest.mark.parametrize("copied", [copy.copy, copy.deepcopy, lambda given: pickle.loads(pickle.dumps(given))])
+def test_copies_are_equal_and_as_safe(copied: Callable[[Problem], Problem]) -> None:
+    given = Problem(parts.FULL, ScalarAccel(), D(), 12, np.array([[0.1, 0.2], [0.3, 0.4]]))
+    again = copied(given)
+    assert again == given
+    assert hash(again) == hash(given)
+    assert again.fixed is not None
+    with pytest.raises(ValueError, match="read-only"):
+        again.fixed[0, 0] = 1.0
+
+
+def test_lists_are_as_tuples_and_stay_what_they_were() -> None:
+    box: dict[str, list[float]] = {"alpha1_deg": [80, 100]}
+    boxes, steps = [box], [15.0, 1.0]
+    stand = TwoAxis(step_deg=steps, forbidden=boxes, speed_deg_s=[5, 10])  # type: ignore[arg-type]
+    same = TwoAxis(step_deg=(15.0, 1.0), forbidden=({"alpha1_deg": (80, 100)},), speed_deg_s=(5, 10))
+    assert stand == same
+    box["alpha1_deg"][0] = 0
+    steps[0] = 30.0
+    boxes.clear()
+    assert stand == same

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -85,6 +86,11 @@ class Problem:
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Problem) and self._asked == other._asked
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(state)
+        if self.fixed is not None:
+            self.fixed.flags.writeable = False  # which no copy keeps by itself
 
     def __hash__(self) -> int:
         return hash((self.n, self.held, self.replicates, type(self.stand), type(self.model)))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import field, fields
 from typing import Any
 
@@ -37,7 +37,9 @@ def switch(default: bool) -> Any:
 
 
 def check_fields(stand: Any) -> None:
-    """Look at the options of a stand that is being made, and keep numbers as numbers, pairs as pairs.
+    """Look at the options of a stand that is being made; keep numbers as numbers, pairs as pairs, lists as tuples.
+
+    A list that is changed later changes no stand, and equal options make equal stands.
 
     Parameters
     ----------
@@ -50,8 +52,17 @@ def check_fields(stand: Any) -> None:
         What an option does not take.
     """
     for option in fields(stand):
+        value = getattr(stand, option.name)
         if _CHECK in option.metadata:
-            object.__setattr__(stand, option.name, option.metadata[_CHECK](option.name, getattr(stand, option.name)))
+            value = option.metadata[_CHECK](option.name, value)
+        object.__setattr__(stand, option.name, _kept(value))
+
+
+def _kept(value: Any) -> Any:
+    """Lists and what is in them as tuples, mappings copied."""
+    if isinstance(value, list | tuple):
+        return tuple(map(_kept, value))
+    return {key: _kept(entry) for key, entry in value.items()} if isinstance(value, Mapping) else value
 
 
 _CHECK = "check"
