@@ -107,3 +107,19 @@ def test_an_order_dependent_model_is_called_what_it_is(tmp_path, monkeypatch):
     model = importlib.import_module("drifting").Drifting()
     with pytest.raises(PluginError, match=r"does model Drifting .* depend on the order of the positions"):
         acalx.design(acalx.Problem(acalx.TwoAxis(), model, acalx.D(), 12), acalx.Gradient())
+
+
+def test_what_can_not_end_well_is_refused_before_the_search():
+    """Nothing is searched for that could not be put in order, counted or certified afterwards."""
+    seen = []
+    problem = acalx.Problem(acalx.TwoAxis(), acalx.ScalarAccel(), acalx.D(), n=501)
+    with pytest.raises(ArgumentError, match="order='shortest': 501 positions are too many to sort; 500 are the most"):
+        acalx.design(problem, acalx.Gradient(), order="shortest", watch=seen.append)
+    several = acalx.Problem(acalx.TwoAxis(), acalx.ScalarAccel(), acalx.Objectives([acalx.D(), acalx.A()]), n=9)
+    with pytest.raises(CompatibilityError, match="several objectives have no smallest number of positions"):
+        acalx.design(several, target={"bias": 0.5}, watch=seen.append)
+    with pytest.raises(ArgumentError, match="scheme=0: must be a Scheme"):
+        acalx.design(problem, scheme=0, watch=seen.append)
+    with pytest.raises(ArgumentError, match="certificate='no': must be true or false"):
+        acalx.evaluate("icosahedron_12", acalx.TwoAxis(), acalx.ScalarAccel(), certificate="no")
+    assert not seen

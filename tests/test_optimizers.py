@@ -224,7 +224,7 @@ def test_criterion_with_a_loss_only(optimizer: Optimizer) -> None:
 @pytest.mark.parametrize("optimizer", [GRADIENT, DifferentialEvolution(restarts=1, maxiter=20)], ids=["gradient", "de"])
 def test_positions_that_can_not_show_a_parameter(optimizer: Optimizer) -> None:
     problem = parts.problem(D(), 12, TwoAxis(alpha1_deg=(0, 1e-13)))
-    with pytest.raises(AcalxError, match=r"no program of 12 positions within alpha1_deg=\[0,1e-13\]") as caught:
+    with pytest.raises(AcalxError, match=r"no program of 12 positions within alpha1_deg=\[0, 1e-13\]") as caught:
         solve(optimizer, problem)
     shown = str(caught.value).rpartition("no position there shows ")[2].split("; ")
     assert sorted(shown) == ["bias_x", "nonorthogonality_xy", "nonorthogonality_xz", "scale_x"]

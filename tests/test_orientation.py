@@ -9,7 +9,7 @@ from acalx.criteria import A, D, E
 from acalx.errors import CompatibilityError
 from acalx.models import ScalarAccel
 from acalx.optimizers import Gradient
-from acalx.planning.orientation import _Rotations, orient
+from acalx.planning.orientation import Rotations, orient
 from acalx.problem import Problem
 from acalx.stands import TwoAxis
 from command import run
@@ -40,7 +40,7 @@ def test_the_second_criterion_gets_better_and_the_first_stays(n, second):
 
 def test_the_gradient_with_respect_to_the_rotation_is_exact():
     problem, solutions = best(D())
-    rotations = _Rotations(problem, problem.stand.stimulus(solutions[0].settings).specific_force, A())
+    rotations = Rotations(problem, problem.stand.stimulus(solutions[0].settings).specific_force, A())
     vectors = np.random.default_rng(0).normal(0, 1, (6, 1, 3))
     vectors[0] = 0.0
     _, gradient = rotations.loss_and_gradient(vectors)

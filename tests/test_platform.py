@@ -173,13 +173,13 @@ def test_the_message_names_what_the_outer_axis_north_hides():
     with pytest.raises(AcalxError) as caught:
         Gradient().solve(Problem(NORTH, Platform(), D(), 16), np.random.default_rng(0))
     for part in (
-        "no program of 16 positions within gamma_deg=[0,360], alpha_deg=[0,360]",
-        "with azimuth_deg=0, latitude_deg=34.25",
+        "no program of 16 positions within gamma_deg=[0, 360], alpha_deg=[0, 360]",
+        "with azimuth_deg=0.0, latitude_deg=34.25",
         "gyro_x_S",
         "gyro_x_misalignment_S",
         "gyro_y_O",
         "gyro_y_misalignment_O",
-        "change azimuth_deg=0 or latitude_deg=34.25",
+        "change one of azimuth_deg=0.0, latitude_deg=34.25",
     ):
         assert part in str(caught.value)
     assert "gyro_z" not in str(caught.value)
@@ -189,7 +189,7 @@ def test_at_a_pole_misalignments_look_like_first_order_terms():
     pole = PlatformGimbals(latitude_deg=90)
     information = PlatformGyro().information(pole.stimulus(pole.axes.random(np.random.default_rng(0), (50,))))
     assert len(information.inestimable()) == 2
-    with pytest.raises(AcalxError, match=r"gyro_x_misalignment_O.*change azimuth_deg=90 or latitude_deg=90"):
+    with pytest.raises(AcalxError, match=r"gyro_x_misalignment_O.*change one of azimuth_deg=90.0, latitude_deg=90.0"):
         Gradient().solve(Problem(pole, PlatformGyro(), D(), 9), np.random.default_rng(0))
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable
 from functools import cache
@@ -21,7 +22,9 @@ from acalx.planning.metrics import figures_of_merit
 from acalx.problem import Problem
 from acalx.programs import find_program
 from acalx.quantities.information import Information
-from acalx.stands import PlatformGimbals, RateTable, Stand
+from acalx.search.agreement import distinct_solutions
+from acalx.search.swaps import Candidates
+from acalx.stands import PlatformGimbals, RateTable, Stand, TwoAxis
 from acalx.weights import Positions, optimal_weights
 from acalx.weights.conic import Conic
 
@@ -214,3 +217,19 @@ def test_certificates_say_what_no_double_holds(noise: float) -> None:
     assert entries["gap"] == pytest.approx(certificate.loss - certificate.bound.loss)
     exponent = math.floor(certificate.bound.loss / math.log(10))
     assert f"e{exponent:+d}" in str(certificate)
+
+
+@pytest.mark.parametrize("noise", [*EXACT, *NOISES, 1.02e-7])
+def test_positions_that_are_felt_alike_do_not_depend_on_the_noise(noise: float) -> None:
+    """A table reaches most directions by two pairs of angles: once among candidates, and one program in all."""
+    stand = TwoAxis(step_deg=30)
+    for kind in (lambda size: VectorAccel(noise_g=size), lambda size: Joined([VectorAccel(noise_g=size)])):
+        plain, small = (Problem(stand, kind(size), D(), 9) for size in (1.0, noise))
+        stops = np.array(list(itertools.product(*(setting.stops() for setting in stand.settings))))
+        assert len(Candidates.of(small.response, stops).settings) == len(Candidates.of(plain.response, stops).settings)
+        program = small.restrictions.random(np.random.default_rng(0), 1)[0]
+        other = TwoAxis().equivalents(program)[1]
+        loss = float(small.loss(program))
+        assert len(distinct_solutions(small, [program, other], [loss, loss], 1e-6)) == 1
+        moved = program + np.array([math.radians(30.0), 0.0]) * (np.arange(9) == 0)[:, None]
+        assert len(distinct_solutions(small, [program, moved], [loss, loss], 1e-6)) == 2

@@ -158,7 +158,7 @@ def test_a_sequence_in_series_goes_on():
         (Parallel({"gyros": 9, "accels": 5}), 16, "give n=14, or leave one of them out"),
         (Parallel({"gyro": 9}), 16, "no part 'gyro'; its parts are gyros, accels"),
         (Parallel({"gyros": 7}), 16, r"positions={'gyros': 7}: the gyros need 8 or more"),
-        (Serial(order=["gyros"]), 16, r"order=\[gyros\]: give each kind of the model once: gyros, accels"),
+        (Serial(order=["gyros"]), 16, r"order=\['gyros'\]: give each kind of the model once: gyros, accels"),
         (Serial(["accels", "gyros"], {"accels": 5, "gyros": 2}), 7, "n=7: the 36 parameters of Platform need 8"),
         (Serial(["accels", "gyros"], {"accels": 9, "gyros": 0}), 9, "gyros=0, but the 9 positions before can't see"),
     ],
@@ -206,7 +206,7 @@ def test_sequences_after_fixed_positions():
     n = len(result.best.settings)
     per_measurement = Information(problem.information(result.best.settings).matrix / n, problem.parameters)
     assert result.survey.losses.min() == pytest.approx(-float(per_measurement.log_det), abs=1e-8)
-    with pytest.raises(AcalxError, match="none of the 144 sequences by rule=turn begins with the 4 fixed positions"):
+    with pytest.raises(AcalxError, match="none of the 144 sequences by rule='turn' begins with the 4 fixed positions"):
         Traversal(extends=True).solve(problem, np.random.default_rng(0))
     many = replace(problem, fixed=GIMBALS.axes.random(np.random.default_rng(3), (10,)))
     with pytest.raises(ArgumentError, match="n_from=9: must be from 11, one more than the 10 fixed positions, to n=14"):

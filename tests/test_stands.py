@@ -15,7 +15,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import parts
-from acalx.errors import ArgumentError, CompatibilityError
+from acalx.errors import ArgumentError, CompatibilityError, Option
 from acalx.programs import find_program
 from acalx.quantities.units import DEGREE_PER_SECOND
 from acalx.stands import PlatformGimbals, RateTable, Rotary, Setting, Stand, TwoAxis
@@ -162,7 +162,7 @@ def test_bad_tables(arguments: dict[str, object], quoted: str) -> None:
         ((0, 1, math.radians(-5)), "step_deg=-5: "),
         ((0, 1, NAN), "step_deg=nan: "),
         ((1, 2, 3), "step of 171.887 degrees"),
-        ((0, 1, None, "no"), "roll: periodic='no'"),
+        ((0, 1, None, "no"), "periodic='no'"),
     ],
     ids=str,
 )
@@ -174,7 +174,7 @@ def test_bad_settings(arguments: tuple[object, ...], quoted: str) -> None:
 
 def test_a_setting_may_be_a_rate() -> None:
     rate = Setting("rate", *np.radians([-60.0, 60.0]), math.radians(20.0), False, DEGREE_PER_SECOND)
-    assert (rate.column, rate.limits) == ("rate_deg_s", "rate_deg_s=[-60, 60]")
+    assert rate.limits == Option(rate.column, [-60, 60]) == Option("rate_deg_s", [-60, 60])
     np.testing.assert_array_equal(rate.unit.write(rate.stops()), np.arange(-60, 61, 20))
     with pytest.raises(ArgumentError, match="rate_deg_s: only an angle is periodic"):
         Setting("rate", -1.0, 1.0, unit=DEGREE_PER_SECOND)

@@ -37,16 +37,19 @@ class Option:
         As in the configuration; of a group the name of the choice.
     python : str, optional
         What a caller from Python writes in the place of the value, ``Gradient()`` for the choice ``gradient``.
+    argument : str, optional
+        The name of the argument in Python, where it is not the last part of the key.
     """
 
     key: str
     value: object
     python: str | None = None
+    argument: str | None = None
 
     def as_argument(self) -> str:
         """As an argument in Python: ``dip_deg=65``, ``optimizer=Gradient()``."""
         value = repr(self.value) if self.python is None else self.python
-        return f"{self.key.rpartition('.')[2]}={value}"
+        return f"{self.argument or self.key.rpartition('.')[2]}={value}"
 
 
 class AcalxError(Exception):
@@ -73,7 +76,7 @@ class AcalxError(Exception):
     def placed(self, place: Callable[[Option], Option]) -> Self:
         """The same error with the options that it speaks of where they are in a configuration."""
         error = copy(self)
-        error.data = {name: place(value) if isinstance(value, Option) else value for name, value in self.data.items()}
+        error.data = {name: _placed(value, place) for name, value in self.data.items()}
         return error
 
     def __str__(self) -> str:
@@ -136,10 +139,21 @@ class PluginError(AcalxError):
 
 
 def _said(value: object, spell: Callable[[Option], str]) -> object:
-    """An option in words, an error within an error in the same words; anything else as it is."""
+    """An option in words, or several, an error within an error in the same words; anything else as it is."""
     if isinstance(value, AcalxError):
         return value.said(spell)
+    if isinstance(value, list) and value and isinstance(value[0], Option):
+        return ", ".join(map(spell, value))
     return spell(value) if isinstance(value, Option) else value
+
+
+def _placed(value: object, place: Callable[[Option], Option]) -> object:
+    """An option, several, or those of an error within an error, elsewhere in a configuration."""
+    if isinstance(value, AcalxError):
+        return value.placed(place)
+    if isinstance(value, list):
+        return [_placed(each, place) for each in value]
+    return place(value) if isinstance(value, Option) else value
 
 
 def _rebuilt(kind: type[SingularError], message: str, inestimable: list[str], data: dict[str, Any]) -> SingularError:

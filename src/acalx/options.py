@@ -3,15 +3,20 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+import sys
+from collections.abc import Mapping, Sequence
 from numbers import Integral, Real
-from typing import TypeGuard
+from typing import Any, TypeGuard, cast
+
+import numpy as np
 
 from acalx.errors import ArgumentError, Option
 
 __all__ = [
     "is_number",
     "is_whole",
+    "keep",
+    "kept",
     "require_confidence",
     "require_count",
     "require_limits",
@@ -27,14 +32,35 @@ __all__ = [
 ]
 
 
+_LARGEST = sys.float_info.max
+
+
 def is_number(value: object) -> TypeGuard[float]:
     """Whether it is a finite number, Python's or numpy's; true and false are none."""
-    return isinstance(value, Real) and not isinstance(value, bool) and math.isfinite(value)
+    return isinstance(value, Real) and not isinstance(value, bool) and abs(cast(float, value)) <= _LARGEST
 
 
 def is_whole(value: object) -> TypeGuard[int]:
     """Whether it is a whole number by its type, Python's or numpy's; true and false are none."""
     return isinstance(value, Integral) and not isinstance(value, bool)
+
+
+def kept(value: Any) -> Any:
+    """An option as a part keeps it: lists, arrays and what is in them as tuples, mappings copied.
+
+    What is changed later changes no part, and equal options make equal parts.
+    """
+    if isinstance(value, np.ndarray):
+        return kept(value.tolist())
+    if isinstance(value, list | tuple):
+        return tuple(map(kept, value))
+    return {key: kept(entry) for key, entry in value.items()} if isinstance(value, Mapping) else value
+
+
+def keep(part: object, *names: str) -> None:
+    """Keep these options of a frozen dataclass as `kept` has them."""
+    for name in names:
+        object.__setattr__(part, name, kept(getattr(part, name)))
 
 
 def require_confidence(value: object) -> None:
@@ -111,9 +137,9 @@ def require_speeds(name: str, value: object, count: int) -> tuple[float, ...]:
 
 def require_switch(name: str, value: object) -> bool:
     """True or false, or ArgumentError."""
-    if not isinstance(value, bool):
+    if not isinstance(value, bool | np.bool_):
         raise ArgumentError.of(name, value, "must be true or false")
-    return value
+    return bool(value)
 
 
 def require_part(name: str, value: object, kind: type | tuple[type, ...]) -> None:
@@ -122,7 +148,7 @@ def require_part(name: str, value: object, kind: type | tuple[type, ...]) -> Non
         return
     wanted = " or ".join(each.__name__ for each in (kind if isinstance(kind, tuple) else (kind,)))
     made = f"; make one, as in {value.__name__}()" if isinstance(value, type) else ""
-    raise ArgumentError.of(name, value, f"must be a {wanted}{made}")
+    raise ArgumentError.of(name, value, f"must be {'an' if wanted[0] in 'AEIO' else 'a'} {wanted}{made}")
 
 
 def require_points(name: str, value: object, objectives: int = 2) -> None:

@@ -26,6 +26,7 @@ from acalx.criteria import Ceiling, Concave, Criterion, Product, concave_of
 from acalx.errors import CompatibilityError
 from acalx.numerics.cosine import Cosines
 from acalx.numerics.supremum import Cells, cells_between, cells_of, supremum
+from acalx.options import require_part
 from acalx.problem import Problem
 from acalx.stands import Stand
 
@@ -88,6 +89,7 @@ def bound(problem: Problem) -> Bound:
     CompatibilityError
         A criterion of which nothing bounds a factor, or several objectives.
     """
+    require_part("problem", problem, Problem)
     found = [
         (weight, factor.label, _of_factor(problem, factor)) for weight, factor in _factors(problem.objective.criterion)
     ]

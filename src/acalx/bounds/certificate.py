@@ -8,8 +8,9 @@ from typing import Any, final
 import numpy as np
 
 from acalx.bounds.bound import Bound, bound
-from acalx.errors import AcalxError, ArgumentError
+from acalx.errors import ArgumentError, CompatibilityError, NoProgramError
 from acalx.numerics.arrays import Array
+from acalx.options import require_part
 from acalx.problem import Problem
 from acalx.quantities.magnitude import double_of, from_log, written_from_log
 
@@ -17,6 +18,8 @@ __all__ = ["Certificate", "certify"]
 
 # The efficiency from which a program counts as proved optimal is one less this.
 _OPTIMAL = 1e-6
+# Bounds are rounded down by less: a loss so far below one shows that it is none.
+_REFUTED = 1e-7
 # A position within this of a limit, in rad, is on it: limits are printed with a few digits.
 _TOLERANCE = 1e-6
 
@@ -120,7 +123,7 @@ def certify(problem: Problem, program: Array) -> Certificate:
     Returns
     -------
     Certificate
-        Without a bound, and with the reason, where there is none.
+        Without a bound, and with the reason, where there is none, or where the program refutes it.
 
     Raises
     ------
@@ -130,9 +133,25 @@ def certify(problem: Problem, program: Array) -> Certificate:
     CompatibilityError
         Several objectives, which have no single loss.
     """
+    require_part("problem", problem, Problem)
+    program = np.asarray(program, dtype=float)
     require_program(problem, program)
     loss = float(problem.objective.loss(program))
     try:
-        return Certificate(loss, bound(problem))
-    except (AcalxError, np.linalg.LinAlgError) as error:
+        found = bound(problem)
+        if loss < found.loss - _REFUTED * (1.0 + abs(loss)):
+            return Certificate(loss, None, _refuted(problem, loss, found))
+        return Certificate(loss, found)
+    except (CompatibilityError, NoProgramError, np.linalg.LinAlgError) as error:
         return Certificate(loss, None, str(error))
+
+
+def _refuted(problem: Problem, loss: float, found: Bound) -> str:
+    """What is to be said where a program is better than any can be."""
+    parts = (problem.criterion, problem.model, problem.stand)
+    criterion, model, stand = (type(part).__name__ for part in parts)
+    return (
+        f"the program's loss of {loss:.9g} refutes that none is below {found.loss:.9g}, which would follow from what "
+        f"criterion {criterion}, model {model} and stand {stand} say of themselves: is the degree of one of them "
+        "wrong, or the support of the criterion?"
+    )

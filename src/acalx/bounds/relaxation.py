@@ -40,7 +40,7 @@ _SAME = 1e-5  # regressors that differ by less, over the largest of an output, b
 _SMOOTH_GAP, _CEILING_GAP = 1e-10, 1e-8
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Relaxation:
     """An approximate design, optimal up to what `peak` is above 1.
 
@@ -200,10 +200,7 @@ def _peaks(problem: Problem, support: Array, grid: Array, points: Array) -> tupl
 
 def _merged(problem: Problem, points: Array) -> Array:
     """Points (k, d) that the sensor feels alike taken together, the first of each."""
-    rows = problem.response.regressors(points)
-    largest = np.abs(rows).max(axis=(0, 2))[:, None]  # of each output: sensors differ in their noise
-    units = 2.0 ** np.round(np.log2(np.where(largest > 0.0, largest, 1.0)))  # by a power of two no digit changes
-    rows = (rows / units).reshape(len(points), -1)
+    rows = problem.response.felt(points)
     kept: list[int] = []
     for i in range(len(points)):
         if not kept or np.abs(rows[kept] - rows[i]).max(axis=1).min() >= _SAME:

@@ -80,8 +80,6 @@ def _check_target(config: DictConfig, criterion: Criterion | Objectives) -> None
         if config.target is not None and not _has_target(criterion):
             raise ArgumentError(f"target={config.target} with n={config.n}: a target is for n=auto or criterion=target")
         return
-    if isinstance(criterion, Objectives):
-        raise ArgumentError("n=auto: several objectives have no smallest number of positions; give one criterion, or n")
     if config.target is None:
         raise ArgumentError(
             "n=auto: give the largest standard error of each group that matters, as in 'target={bias: 0.5}'"

@@ -18,7 +18,7 @@ from acalx.errors import AcalxError, ArgumentError, Option
 from acalx.planning.defaults import suited
 from acalx.stands import Stand
 
-__all__ = ["build", "build_objectives", "composed", "resolved"]
+__all__ = ["build", "build_objectives", "composed", "placed", "resolved"]
 
 _GROUP = "criterion"
 
@@ -70,7 +70,7 @@ def build(config: DictConfig, group: str, kind: type) -> Any:
         own = next((cause for cause in chain(error) if isinstance(cause, AcalxError)), None)
         if own is None:
             raise
-        raise own.placed(lambda option: _placed(option, group, config[group])) from error
+        raise own.placed(lambda option: _placed(option, group, config[group]) or option) from error
     if not isinstance(part, kind):
         raise ArgumentError(
             f"{group}: {config[group].get('_target_')} is not a {kind.__name__}; "
@@ -79,16 +79,28 @@ def build(config: DictConfig, group: str, kind: type) -> Any:
     return part
 
 
-def _placed(option: Option, path: str, options: DictConfig) -> Option:
-    """An option of a part, ``step_deg``, where the configuration has it, ``stand.step_deg``; else as it is."""
+def placed(error: AcalxError, config: DictConfig) -> AcalxError:
+    """An error with the options of parts where the configuration has them: ``points`` as ``optimizer.points``.
+
+    Left as they are: options of the command line itself, those of no part, and those of several.
+    """
+
+    def place(option: Option) -> Option:
+        if option.key.partition(".")[0] in config:
+            return option
+        groups = [(str(name), part) for name, part in config.items() if isinstance(part, DictConfig)]
+        found = [one for name, part in groups if (one := _placed(option, name, part)) is not None]
+        return found[0] if len(found) == 1 else option
+
+    return error.placed(place)
+
+
+def _placed(option: Option, path: str, options: DictConfig) -> Option | None:
+    """An option of a part, ``step_deg``, where the part has it, ``stand.step_deg``; None where it has none such."""
     if option.key.partition(".")[0] in options:
         return replace(option, key=f"{path}.{option.key}")
-    for name, inner in options.items():
-        if isinstance(inner, DictConfig):
-            found = _placed(option, f"{path}.{name!s}", inner)
-            if found != option:
-                return found
-    return option
+    inner = ((f"{path}.{name!s}", part) for name, part in options.items() if isinstance(part, DictConfig))
+    return next((found for name, part in inner if (found := _placed(option, name, part)) is not None), None)
 
 
 def _compose_objectives(config: DictConfig, overrides: Sequence[str]) -> DictConfig:

@@ -31,6 +31,7 @@ from omegaconf import DictConfig, OmegaConf
 from omegaconf.errors import OmegaConfBaseException
 from yaml import YAMLError
 
+from acalx.commands.composition import placed
 from acalx.commands.explain import explain, suggestion
 from acalx.errors import AcalxError, ArgumentError
 from acalx.recording import RunDirectory
@@ -156,7 +157,9 @@ def _run_job(entry: Entry, config: DictConfig, path: Path, overrides: list[str])
     except KeyboardInterrupt as error:
         when = "while writing" if (path / "program.csv").exists() else "before there was a program"
         return _failure(directory, "interrupted", f"interrupted {when}", error, INTERRUPTED)
-    except (AcalxError, HydraException, OmegaConfBaseException) as error:
+    except AcalxError as error:
+        return _failure(directory, "failed", explain(placed(error, config)), error, FAILED)
+    except (HydraException, OmegaConfBaseException) as error:
         return _failure(directory, "failed", explain(error, overrides, entry.config_name), error, FAILED)
     except BrokenPipeError:  # whoever read the table has gone; what is recorded stays
         sys.stdout = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115 - until the process ends
@@ -176,9 +179,9 @@ def _refuse_unknown(config: DictConfig, schema: type) -> None:
 
 def _failure(directory: RunDirectory | None, status: str, message: str, error: BaseException, code: int) -> int:
     _say(message, error)
-    if directory is not None and not directory.recorded:
+    if directory is not None and not (directory.recorded and status == "interrupted"):
         try:
-            directory.write_result(status, message)
+            directory.write_failure(status, message)
         except OSError as other:  # the directory is gone, or the disk is full
             _say(explain(other), other)
     return code

@@ -13,7 +13,7 @@ from acalx.criteria.base import Ceiling
 from acalx.criteria.concave import Concave
 from acalx.errors import ArgumentError
 from acalx.numerics.arrays import Array
-from acalx.options import is_number
+from acalx.options import is_number, keep
 from acalx.quantities.information import Information
 from acalx.quantities.parameter import Parameter, parameter_groups
 
@@ -59,6 +59,10 @@ class Target(Ceiling, Concave):
         for group, value in given.items():
             if not is_number(value) or value <= 0.0:
                 raise ArgumentError.of("target", {group: value}, "a standard error is a positive number")
+        keep(self, "standard_errors")
+
+    def __hash__(self) -> int:
+        return hash(tuple(sorted(self.wanted.items())))
 
     @property
     def wanted(self) -> Mapping[str, float]:

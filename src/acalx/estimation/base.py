@@ -29,7 +29,7 @@ _SCALE_STEPS = 20
 Linearize = Callable[[Array], tuple[Array, Array]]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Estimate:
     """Parameters of a sensor, or of a stack of simulated ones, and the readings they come from.
 

@@ -11,7 +11,7 @@ from acalx.numerics.arrays import Array
 __all__ = ["Blocks", "Interval", "Run"]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Interval:
     """A static interval: its time, and mean and standard deviation of the samples of each axis.
 
@@ -30,7 +30,7 @@ class Interval:
     deviation: Array
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Blocks:
     """Successive blocks of as many samples: their times, means and sums of squared deviations.
 

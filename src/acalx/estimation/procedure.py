@@ -60,13 +60,6 @@ def calibrate(
     """
     _require_parts(model, estimator, unit)
     require_confidence(confidence)
-    if unit.per_g is None and "scale" not in model.groups:
-        raise ArgumentError(
-            "the scale is not known ({unknown}), so it has to be among the parameters that are estimated: "
-            "give {groups} or per_g=NUMBER",
-            unknown=Option("per_g", None),
-            groups=Option("groups", ["...", "scale"], '(..., "scale")'),
-        )
     readings = Readings.of(readings)
     estimator.residual.check(model)
     _check_positions(readings)
@@ -86,9 +79,17 @@ def calibrate(
     return Calibration(model, readings, Unit(unit.name, per_g, unit.offset), estimate, confidence)
 
 
-def _require_parts(model: object, estimator: object, unit: object) -> None:
+def _require_parts(model: ScalarAccel, estimator: Estimator, unit: Unit) -> None:
     for name, part, kind in (("model", model, ScalarAccel), ("estimator", estimator, Estimator), ("unit", unit, Unit)):
         require_part(name, part, kind)
+    if unit.per_g is None and "scale" not in model.groups:
+        raise ArgumentError(
+            "the scale is not known ({unknown}), so it has to be among the parameters that are estimated: "
+            "give {groups} or {number}",
+            unknown=Option("per_g", None),
+            groups=Option("groups", ["...", "scale"], '(..., "scale")'),
+            number=Option("per_g", "NUMBER", "NUMBER"),
+        )
 
 
 def noise_of(readings: Readings, noise: float | str | None, per_g: float, directions: Array) -> Array | None:

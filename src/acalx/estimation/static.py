@@ -101,9 +101,15 @@ class StaticIntervals:
         ]
         if not intervals:
             raise DataError(
-                f"{file.path}: no static intervals of {self.shortest_s:g} s in which the samples scatter by less than "
-                f"{math.sqrt(threshold):.4g} (root of the summed variance, {self.factor:g} times the quietest part); "
-                "keep the sensor still for longer in each position, or change static.shortest_s and static.factor"
+                "{file}: no static intervals of {shortest_s:g} s in which the samples scatter by less than {most:.4g} "
+                "(root of the summed variance, {times:g} times the quietest part); keep the sensor still for longer in "
+                "each position, or change {shortest} and {factor}",
+                file=file.path,
+                shortest_s=self.shortest_s,
+                most=math.sqrt(threshold),
+                times=self.factor,
+                shortest=Option("shortest_s", self.shortest_s),
+                factor=Option("factor", self.factor),
             )
         return intervals
 

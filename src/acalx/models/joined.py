@@ -14,6 +14,7 @@ import numpy as np
 from acalx.errors import ArgumentError
 from acalx.models.base import Model
 from acalx.numerics.arrays import Array, empty_as
+from acalx.options import keep
 from acalx.quantities.information import Information
 from acalx.quantities.parameter import Parameter
 from acalx.quantities.stimulus import Stimulus
@@ -142,6 +143,7 @@ class Joined(Composite):
     def __post_init__(self) -> None:
         if not isinstance(self.parts, Sequence) or not self.parts or not all(isinstance(p, Model) for p in self.parts):
             raise ArgumentError.of("parts", self.parts, "give a list of one or more models")
+        keep(self, "parts")
         names = [parameter.name for parameter in self.parameters]
         twice = sorted({name for name in names if names.count(name) > 1})
         if twice:

@@ -13,6 +13,7 @@ from acalx.models.joined import Composite
 from acalx.models.platform_accel import PlatformAccel
 from acalx.models.platform_gyro import PlatformGyro
 from acalx.models.polynomial import require_noise
+from acalx.options import keep
 
 __all__ = ["Platform"]
 
@@ -58,6 +59,7 @@ class Platform(Composite):
         if isinstance(given, str) or not isinstance(given, Sequence) or not given or not set(given) <= set(_SENSORS):
             raise ArgumentError.of("sensors", given, f"give one or both of {', '.join(_SENSORS)}", list(_SENSORS))
         _ = self.models  # built once here so that bad options are refused at construction
+        keep(self, "sensors", "second_order", "gyro_noise_deg_h", "accel_noise_g")
 
     @cached_property
     def models(self) -> tuple[Model, ...]:

@@ -26,7 +26,7 @@ Objective = Callable[[Array, np.ndarray], tuple[Array, Array]]
 Projection = Callable[[Array, Array], Array]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Minima:
     """Where each minimization of a stack ended.
 

@@ -17,7 +17,7 @@ from acalx.numerics.supremum import Cells
 __all__ = ["Cosines"]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Cosines:
     """Points with d coordinates, each an angle or a variable that is written as one.
 

@@ -32,7 +32,7 @@ _ROUNDING = 1e-13
 _MATTERS = 0.3
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Cells:
     """Boxes side by side.
 

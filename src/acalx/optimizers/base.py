@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from typing import Any, ClassVar, Generic, Self, TypeVar, cast, final
+from typing import Any, ClassVar, Generic, Self, TypeVar, cast, final, get_args
 
 import numpy as np
 
-from acalx.errors import CompatibilityError, Option
+from acalx.errors import CompatibilityError, Option, PluginError
 from acalx.problem import Problem
 from acalx.search.account import Account, Watch
 from acalx.search.regularity import no_regular_program
-from acalx.search.result import Found, Result, Solution
+from acalx.search.result import Found, Front, Result, Solution, Status
 
 __all__ = ["Optimizer", "refuse_steps"]
 
 Answer = TypeVar("Answer", bound=Found)
+# A position within this of a limit, in rad, is on it.
+_TOLERANCE = 1e-6
 
 
 class Optimizer(ABC, Generic[Answer]):
@@ -61,6 +63,8 @@ class Optimizer(ABC, Generic[Answer]):
             The parts do not fit together; before any work.
         NoProgramError
             No program of the problem can estimate all parameters.
+        PluginError
+            `search` gives something else than programs of the problem.
         """
         _check_objectives(self, problem)
         self.check(problem)
@@ -71,9 +75,32 @@ class Optimizer(ABC, Generic[Answer]):
             if not account.found:
                 raise
             return cast(Answer, _interrupted(problem, account))
+        _check_found(self, problem, result)
         if isinstance(result, Result) and not np.isfinite(result.best.loss):
             raise no_regular_program(problem)
         return result
+
+
+def _check_found(optimizer: Optimizer[Any], problem: Problem, found: object) -> None:
+    """Raise PluginError where an optimizer gives something else than programs of the problem."""
+    name, kind = type(optimizer).__name__, Front if optimizer.several else Result
+    if not isinstance(found, kind):
+        raise PluginError(f"optimizer {name} gave {type(found).__name__}; expected a {kind.__name__}")
+    given = found.solutions if isinstance(found, Result) else found.points if isinstance(found, Front) else ()
+    if not given or found.status not in get_args(Status):
+        raise PluginError(f"optimizer {name} gave {len(given)} programs with status {found.status!r}")
+    for settings in (np.asarray(each.settings) for each in given):
+        whole = settings.ndim == 2 and settings.shape[1] == problem.d and problem.held < len(settings) <= problem.n
+        if not whole or not np.isfinite(settings).all():
+            raise PluginError(
+                f"optimizer {name} gave settings of shape {settings.shape}; expected up to ({problem.n}, {problem.d}), "
+                "all of them finite"
+            )
+        wrong = np.flatnonzero(~problem.stand.axes.allows(settings[problem.held :], _TOLERANCE)) + problem.held + 1
+        if len(wrong):
+            raise PluginError(
+                f"optimizer {name} gave positions that the stand can't take: {', '.join(map(str, wrong))}"
+            )
 
 
 def _interrupted(problem: Problem, account: Account) -> Found:

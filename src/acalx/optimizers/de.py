@@ -11,7 +11,7 @@ import numpy as np
 from acalx.errors import ArgumentError
 from acalx.numerics.arrays import Array
 from acalx.optimizers.base import Optimizer
-from acalx.options import is_number, is_whole, require_count, require_positive
+from acalx.options import is_number, is_whole, keep, require_count, require_positive, require_switch
 from acalx.problem import Problem
 from acalx.search.account import Account
 from acalx.search.agreement import fewest_starts, judge
@@ -101,8 +101,8 @@ class DifferentialEvolution(Optimizer[Result]):
             raise ArgumentError.of("recombination", self.recombination, "must be a number from 0 to 1")
         if not is_whole(self.companions) or self.companions < 0:
             raise ArgumentError.of("companions", self.companions, "must be a whole number, 0 or more")
-        if not isinstance(self.polish, bool):
-            raise ArgumentError.of("polish", self.polish, "must be true or false")
+        require_switch("polish", self.polish)
+        keep(self, "mutation")
 
     def search(self, problem: Problem, rng: np.random.Generator, account: Account) -> Result:
         """Restarts until enough of them agree."""

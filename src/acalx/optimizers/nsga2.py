@@ -10,7 +10,7 @@ import numpy as np
 from acalx.errors import ArgumentError
 from acalx.numerics.arrays import Array
 from acalx.optimizers.base import Optimizer
-from acalx.options import is_number, require_count, require_points, require_positive
+from acalx.options import is_number, require_count, require_points, require_positive, require_switch
 from acalx.problem import Problem
 from acalx.search.account import Account
 from acalx.search.encoding import Encoding
@@ -88,8 +88,7 @@ class NSGA2(Optimizer[Front]):
             value = getattr(self, name)
             if not (is_number(value) and 0 < value <= 1) and (name == "crossover" or value is not None):
                 raise ArgumentError.of(name, value, "must be a probability above 0 and up to 1")
-        if not isinstance(self.polish, bool):
-            raise ArgumentError.of("polish", self.polish, "must be true or false")
+        require_switch("polish", self.polish)
 
     def check(self, problem: Problem) -> None:
         """Refuses fewer points than objectives."""

@@ -11,7 +11,7 @@ import numpy as np
 from acalx.errors import ArgumentError, CompatibilityError, Option
 from acalx.numerics.arrays import Array
 from acalx.optimizers.base import Optimizer
-from acalx.options import is_number, require_count
+from acalx.options import is_number, keep, require_count, require_switch
 from acalx.problem import Problem
 from acalx.programs.sequences import RULES
 from acalx.search.account import Account
@@ -81,8 +81,7 @@ class Traversal(Optimizer[Result]):
         if not isinstance(self.rule, str) or self.rule not in RULES:
             raise ArgumentError.of("rule", self.rule, f"there is no such rule; the rules are {', '.join(RULES)}")
         for name in ("independent_starts", "shorter", "extends"):
-            if not isinstance(getattr(self, name), bool):
-                raise ArgumentError.of(name, getattr(self, name), "must be true or false")
+            require_switch(name, getattr(self, name))
         starts, steps = _numbers("starts_deg", self.starts_deg), _numbers("steps_deg", self.steps_deg)
         if len(starts) != 3 or not (starts[0] < starts[1] and starts[2] > 0):
             raise ArgumentError.of("starts_deg", list(starts), "give from, up to and step", [0, 180, 5])
@@ -96,6 +95,7 @@ class Traversal(Optimizer[Result]):
                     n_from=Option("n_from", self.n_from),
                     shorter=Option("shorter", False),
                 )
+        keep(self, "starts_deg", "steps_deg")
 
     @property
     def _regular(self) -> RegularSequences:

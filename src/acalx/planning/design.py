@@ -12,7 +12,7 @@ import numpy as np
 
 from acalx.bounds import Certificate, certify
 from acalx.criteria import Criterion, Target
-from acalx.errors import ArgumentError, PluginError
+from acalx.errors import ArgumentError, CompatibilityError, Option, PluginError
 from acalx.numerics.arrays import Array
 from acalx.optimizers import Optimizer
 from acalx.options import require_count, require_part, require_seed, require_switch
@@ -25,7 +25,7 @@ from acalx.problem import Problem
 from acalx.programs import Program
 from acalx.schemes import Composed, Joint, Part, Scheme
 from acalx.search.account import Watch
-from acalx.search.result import Found, Front, Result, Solution
+from acalx.search.result import Found, Front, Result
 
 __all__ = ["Designed", "Request", "design"]
 
@@ -83,7 +83,7 @@ class Request:
 
 
 @final
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Designed:
     """A program, how it was found, and how good it is.
 
@@ -138,23 +138,24 @@ class Designed:
         return None if isinstance(self.result, Front) else best_published(self.problem)
 
     def contradiction(self, settings: Array) -> str:
-        """How the loss of the program (n, d), looked at anew, contradicts the search; nothing where it does not.
+        """How the loss of a program, looked at anew, contradicts the search; nothing where none does.
 
         A model that depends on the order of the positions, or a stand on more than its settings,
-        has another loss for the program than the search found.
+        has another loss for a program than the search found. All that are as good, and all points
+        of a front, are looked at, the program itself as it is given: (n, d) in rad.
         """
-        result = self.result
-        found = result.points[result.knee].losses if isinstance(result, Front) else np.array([_best(result).loss])
-        again = np.array([float(single.objective.loss(settings)) for single in self.problem.singles])
-        apart = np.abs(np.nan_to_num(again - found, nan=np.inf))
-        if (apart <= _SAME * (1.0 + np.abs(found))).all():
-            return ""
-        of_program, of_search = (", ".join(f"{loss:.9g}" for loss in losses) for losses in (again, found))
-        return (
-            f"the program has the loss {of_program}, but the search found {of_search}: does model "
-            f"{type(self.problem.model).__name__} or stand {type(self.problem.stand).__name__} depend on the order of "
-            "the positions, or on more than their settings?"
-        )
+        (_, first), *others = _told(self.result)
+        for program, losses in [(settings, first), *others]:
+            again = np.array([float(single.objective.loss(program)) for single in self.problem.singles])
+            apart = np.abs(np.nan_to_num(again - losses, nan=np.inf))
+            if not (apart <= _SAME * (1.0 + np.abs(losses))).all():
+                of_program, of_search = (", ".join(f"{loss:.9g}" for loss in each) for each in (again, losses))
+                return (
+                    f"a program has the loss {of_program}, but the search found {of_search}: does model "
+                    f"{type(self.problem.model).__name__} or stand {type(self.problem.stand).__name__} depend on the "
+                    "order of the positions, or on more than their settings, or is the optimizer wrong?"
+                )
+        return ""
 
     def certified(self) -> Designed:
         """The same with a certificate.
@@ -227,9 +228,9 @@ def design(
     if certificate is not None:
         require_switch("certificate", certificate)
     if several and certificate:
-        raise ArgumentError("certificate=True: several objectives have no bound together; ask it of one alone")
+        raise ArgumentError.of("certificate", True, "several objectives have no bound together; ask it of one alone")
     wanted = Target(target) if isinstance(target, Mapping) else target
-    request = Request(optimizer, scheme or Joint(), wanted, n_most, orient, order, dwell_s, seed)
+    request = Request(optimizer, Joint() if scheme is None else scheme, wanted, n_most, orient, order, dwell_s, seed)
     designed = searched(problem, request, watch)
     if wrong := designed.contradiction(designed.program):
         raise PluginError(wrong)
@@ -240,6 +241,12 @@ def design(
 
 def searched(problem: Problem, request: Request, watch: Watch | None = None) -> Designed:
     """All of a design but the certificate, which may take longer than the search."""
+    if request.target is not None and len(problem.singles) > 1:
+        raise CompatibilityError(
+            "several objectives have no smallest number of positions for a target; give one criterion, or {n}",
+            n=Option("n", "NUMBER", "a number"),
+        )
+    check_order(request.order, free=(problem.n if request.target is None else request.n_most) - problem.held)
     if request.orient is not None:
         check_orientation(problem, request.orient, np.random.default_rng(request.seed))
     started = time.perf_counter()
@@ -280,6 +287,10 @@ def _composed(problem: Problem, request: Request, watch: Watch | None) -> tuple[
     return smallest.composed, smallest
 
 
-def _best(result: object) -> Solution:
+def _told(result: Found) -> list[tuple[Array, Array]]:
+    """Programs with the losses that the search says they have, (k,) of k objectives; the one to take first."""
+    if isinstance(result, Front):
+        knee, points = result.points[result.knee], result.points
+        return [(point.settings, point.losses) for point in (knee, *points)]
     assert isinstance(result, Result)  # a search has found programs or a front
-    return result.best
+    return [(solution.settings, np.array([solution.loss])) for solution in result.solutions]

@@ -14,7 +14,7 @@ from acalx.criteria import Criterion, D
 from acalx.errors import ProgramError
 from acalx.models import Model
 from acalx.numerics.arrays import Array
-from acalx.options import require_part
+from acalx.options import require_part, require_switch
 from acalx.planning.metrics import best_published, figures_of_merit
 from acalx.problem import Problem
 from acalx.programs import Program, find_program
@@ -131,6 +131,7 @@ def evaluate(
     criterion = D() if criterion is None else criterion
     for name, part, kind in (("stand", stand, Stand), ("model", model, Model), ("criterion", criterion, Criterion)):
         require_part(name, part, kind)
+    require_switch("certificate", certificate)
     given = _program(program, stand)
     criterion.check(model.parameters)
     settings = given.settings_for(stand)

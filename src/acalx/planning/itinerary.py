@@ -87,16 +87,18 @@ def itinerary(stand: Stand, settings: Array, order: str, rng: np.random.Generato
     ArgumentError
         An order that there isn't; too many positions to sort.
     """
-    check_order(order)
+    check_order(order, free=len(settings) - held)
     return Itinerary(stand, np.concatenate([settings[:held], ORDERS[order](stand, settings, held, rng)]))
 
 
-def check_order(order: object, dwell_s: object = 0.0) -> None:
-    """Raise ArgumentError for an order that there isn't, or a time that is none."""
-    if order not in ORDERS:
+def check_order(order: object, dwell_s: object = 0.0, free: int = 0) -> None:
+    """Raise ArgumentError for an order that there isn't, a time that is none, or too many free positions to sort."""
+    if not isinstance(order, str) or order not in ORDERS:
         raise ArgumentError.of("order", order, f"the order of visit is {', '.join(ORDERS)}")
     if not is_number(dwell_s) or dwell_s < 0.0:
         raise ArgumentError.of("dwell_s", dwell_s, "give the seconds in each position, 0 or more")
+    if order == "shortest" and free > _MOST_SORTED:
+        raise ArgumentError.of("order", order, f"{free} positions are too many to sort; {_MOST_SORTED} are the most")
 
 
 def _given(stand: Stand, settings: Array, held: int, rng: np.random.Generator) -> Array:
@@ -109,8 +111,6 @@ def _random(stand: Stand, settings: Array, held: int, rng: np.random.Generator) 
 
 def _shortest(stand: Stand, settings: Array, held: int, rng: np.random.Generator) -> Array:
     free = settings[held:]
-    if len(free) > _MOST_SORTED:
-        raise ArgumentError(f"order=shortest: {len(free)} positions are too many to sort; {_MOST_SORTED} are the most")
     nodes = stand.equivalents(free)  # (k, n, d)
     ways = nodes.reshape(-1, nodes.shape[-1])
     costs = _cost(stand, ways[:, None, :], ways[None, :, :])

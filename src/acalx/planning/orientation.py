@@ -25,7 +25,7 @@ from acalx.search.descent import descend
 from acalx.search.result import Solution
 from acalx.search.starts import regular_starts
 
-__all__ = ["Orientation", "check_orientation", "orient"]
+__all__ = ["Orientation", "Rotations", "check_orientation", "orient"]
 
 _TOLERANCE, _ITERATIONS = 1e-6, 200  # of a descent
 _RADIUS = 0.1  # first step where limits leave only some rotations, in rad
@@ -36,7 +36,7 @@ _STARTS = 6
 _MOST_PROGRAMS = 8  # of those that are equally good
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Orientation:
     """A program and its rotation.
 
@@ -79,7 +79,7 @@ def orient(
     best = solutions[0].settings
     least = before
     for solution in solutions[:_MOST_PROGRAMS]:
-        rotations = _Rotations(problem, _directions(problem, solution.settings), second)
+        rotations = Rotations(problem, _directions(problem, solution.settings), second)
         drawn = np.concatenate([np.zeros((1, 1, 3)), rng.normal(0.0, 1.5, (_DRAWN, 1, 3))])
         drawn = drawn[rotations.possible(drawn)]
         starts = drawn[np.argsort(rotations.loss(drawn), kind="stable")[:_STARTS]]
@@ -108,7 +108,7 @@ def check_orientation(problem: Problem, second: Criterion, rng: np.random.Genera
             "only what the specific force alone decides can be rotated"
         )
     program = regular_starts(problem, rng, 1)[0]
-    rotations = _Rotations(problem, _directions(problem, program), problem.objective.criterion)
+    rotations = Rotations(problem, _directions(problem, program), problem.objective.criterion)
     losses = rotations.loss(np.concatenate([np.zeros((1, 1, 3)), rng.normal(0.0, 1.5, (_TRIALS, 1, 3))]))
     change = float(np.ptp(losses)) if np.isfinite(losses).all() else 0.0  # a singular one is singular when rotated
     if not change < _INVARIANT * (1.0 + abs(float(losses[0]))):
@@ -125,19 +125,30 @@ def _directions(problem: Problem, settings: Array) -> Array:
 
 
 @dataclass(frozen=True, eq=False)
-class _Rotations:
-    """The rotations of one program as a landscape: settings (s, 1, 3) are rotation vectors in rad."""
+class Rotations:
+    """The rotations of one program as a landscape: settings (s, 1, 3) are rotation vectors in rad.
+
+    Parameters
+    ----------
+    problem : Problem
+    directions : array (n, 3)
+        Of the vertical in sensor axes, in each position as it is.
+    criterion : Criterion
+        By which rotations are judged.
+    """
 
     problem: Problem
-    directions: Array  # (n, 3)
+    directions: Array
     criterion: Criterion
 
     @cached_property
     def objective(self) -> Objective:
+        """The criterion of programs, with rotation vectors for settings."""
         return Objective(Response(_Turned(self.directions), self.problem.model), self.criterion)
 
     @property
     def restrictions(self) -> _AnyRotation:
+        """None: what the stand can't take, `best_near` leaves out."""
         return _AnyRotation()
 
     @property
@@ -169,9 +180,11 @@ class _Rotations:
         return x[:, None, :], losses
 
     def loss(self, settings: Array) -> Array:
+        """Of the rotated program, (s,), for rotation vectors (s, 1, 3)."""
         return loss_of(self.criterion, self.objective.response.at(settings).information)
 
     def loss_and_gradient(self, settings: Array) -> tuple[Array, Array]:
+        """The same, and its gradient (s, 1, 3) in rad."""
         return self.objective.loss_and_gradient(settings)
 
 

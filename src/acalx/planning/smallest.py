@@ -56,7 +56,7 @@ class Trial:
         return self.share <= 1.0 + _SLACK
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Smallest:
     """The smallest program that meets a target.
 

@@ -55,6 +55,17 @@ class Response:
         """Rows (..., n, m, p) of positions (..., n, d)."""
         return self.model.regressors(self.place.stimulus(settings))
 
+    def felt(self, settings: Array) -> Array:
+        """What positions (n, d) show of the parameters, (n, m p), to compare them by: about 1 whatever the noise.
+
+        Rows are in units of the largest entry of their output among these positions, to a power of
+        two, which changes no digit.
+        """
+        rows = self.regressors(settings)
+        largest = np.abs(rows).max(axis=(0, 2))[:, None]  # of each output: sensors differ in their noise
+        units = 2.0 ** np.round(np.log2(np.where(largest > 0.0, largest, 1.0)))
+        return np.asarray((rows / units).reshape(len(settings), -1))
+
     def at(self, settings: Array) -> Linearization:
         """Programs (..., n, d), kept with what the chain rule needs."""
         stimulus = self.place.stimulus(settings)
@@ -65,7 +76,7 @@ class Response:
         return max(1, _CHUNK_BYTES // (n * self.model.entries * 8))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Linearization:
     """Programs with their regressors, ready to pull a gradient back to the settings."""
 

@@ -12,8 +12,9 @@ from acalx.criteria import Criterion, Objectives
 from acalx.errors import ArgumentError, CompatibilityError
 from acalx.models import Model
 from acalx.numerics.arrays import Array
-from acalx.options import is_whole, require_part
+from acalx.options import is_whole, require_part, require_switch
 from acalx.problem.objective import Objective, Response
+from acalx.problem.parts import check_parts
 from acalx.problem.restrictions import Restrictions
 from acalx.quantities.information import Information
 from acalx.quantities.parameter import Parameter
@@ -67,8 +68,8 @@ class Problem:
         require_part("model", self.model, Model)
         require_part("criterion", self.criterion, (Criterion, Objectives))
         _check_n(self.n, self.model)
-        if not isinstance(self.replicates, bool):
-            raise ArgumentError.of("replicates", self.replicates, "must be true or false")
+        object.__setattr__(self, "n", int(self.n))
+        object.__setattr__(self, "replicates", require_switch("replicates", self.replicates))
         if self.fixed is not None:
             object.__setattr__(self, "fixed", _checked(self.fixed, len(self.stand.settings)))
         if self.held >= self.n:
@@ -77,7 +78,7 @@ class Problem:
                 f"n counts them too, so give n={self.held + 1} or more"
             )
         self.criterion.check(self.model.parameters)
-        self.model.check(self.stand.stimulus(self.stand.axes.bounds[:, 0][None, :]), self.stand)
+        check_parts(self.stand, self.model)
 
     @property
     def _asked(self) -> tuple[object, ...]:

@@ -31,7 +31,7 @@ _APART = 1e10
 _LARGE_STACK = 32
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Information:
     """Information matrix M = H'H of one program or a stack of them.
 

@@ -13,7 +13,7 @@ __all__ = ["EARTH_RATE", "Stimulus"]
 EARTH_RATE = 7.292115e-5
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Stimulus:
     """Specific force, angular rate and magnetic field at the sensor, in sensor axes, for stacks of programs.
 

@@ -91,20 +91,22 @@ def record_result(designed: Designed, directory: RunDirectory, **seconds: float)
         seconds=parts.pop("total", sum(designed.seconds.values())),
         seconds_by_part=parts,
         certificate=None if designed.certificate is None else designed.certificate.entries(),
-        **_found_entries(problem, designed, written if wrong else None),
+        **_found_entries(designed, written),
     )
     return wrong
 
 
-def _found_entries(problem: Problem, designed: Designed, written: Array | None) -> dict[str, Any]:
-    """What belongs to the kind of answer; by the program as written where it contradicts the search."""
-    result = designed.result
+def _found_entries(designed: Designed, written: Array) -> dict[str, Any]:
+    """What belongs to the kind of answer; losses are those of the program as written."""
+    result, problem = designed.result, designed.problem
+    losses = [float(single.objective.loss(written)) for single in problem.singles]
     if isinstance(result, Front):
-        losses = result.points[result.knee].losses if written is None else problem.losses(written)
-        front = {"objectives": names_of(problem.criterion), "losses": losses, "points": len(result.points)}
-        return {**front, "knee": result.knee + 1, "loss": None, "value": None, "gain": None, "alternatives": 0}
+        values = [double_of(loss) for loss in losses]
+        several = {"objectives": names_of(problem.criterion), "losses": losses, "values": values}
+        front = {"points": len(result.points), "knee": result.knee + 1}
+        return {**several, **front, "loss": None, "value": None, "gain": None, "alternatives": 0}
     assert isinstance(result, Result)
-    loss = result.best.loss if written is None else float(problem.objective.loss(written))
+    (loss,) = losses
     entries = {"loss": loss, "value": double_of(loss), "gain": result.gain, "alternatives": len(result.solutions) - 1}
     return {**entries, **_design_entries(result.design)}
 

@@ -8,6 +8,7 @@ import json
 import os
 import platform
 import sys
+import time
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
@@ -29,7 +30,7 @@ __all__ = ["RunDirectory", "versions"]
 
 _RESULT = "result.json"
 # What every result has, also that of a run that failed before it began.
-_ALWAYS = {"n": None, "seed": None, "metrics": None, "loss": None, "value": None, "evaluations": 0, "seconds": 0.0}
+_ALWAYS = {"n": None, "seed": None, "metrics": None, "loss": None, "value": None, "evaluations": 0}
 
 
 @dataclass(frozen=True)
@@ -52,6 +53,7 @@ class RunDirectory:
     path: Path
     overrides: Sequence[str]
     common: dict[str, Any] = field(default_factory=dict)
+    started: float = field(default_factory=time.perf_counter)
 
     def __post_init__(self) -> None:
         try:
@@ -87,6 +89,7 @@ class RunDirectory:
             "status": status,
             "message": message,
             **_ALWAYS,
+            "seconds": time.perf_counter() - self.started,
             **self.common,
             **entries,
             "time": datetime.now(UTC).isoformat(timespec="seconds"),
@@ -94,6 +97,14 @@ class RunDirectory:
             "overrides": list(self.overrides),
         }
         self.write_json(_RESULT, result)
+
+    def write_failure(self, status: str, message: str) -> None:
+        """Say in result.json that the run failed after all; the figures that are recorded already stay."""
+        if not self.recorded:
+            self.write_result(status, message)
+            return
+        result = json.loads((self.path / _RESULT).read_text(encoding="utf-8"))
+        self.write_json(_RESULT, {**result, "status": status, "message": message})
 
     def write_json(self, name: str, entries: Mapping[str, Any]) -> None:
         """Write a JSON file by atomic rename; what is not finite is null."""

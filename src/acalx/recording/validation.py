@@ -24,7 +24,7 @@ def record(validated: Validated, data: str, test: str | None, directory: RunDire
     directory : RunDirectory
     """
     sensors = validated.sensors
-    keys = list(sensors[0].figures)
+    keys = list(validated.medians)
     directory.write_json(
         "validation.json",
         {

@@ -44,9 +44,8 @@ def parameters_table(calibration: Calibration) -> str:
     ):
         low, high = (f"{end:+.{decimals}f}" for end in (value - half, value + half))
         interval = f"{low} to {high}" if np.isfinite(half) else "-"
-        shown = f"{error:.{decimals}f}" if decimals == _DECIMALS else significant(error)
-        row = [parameter.name, parameter.unit, f"{value:+.{decimals}f}", shown if np.isfinite(error) else "-"]
-        rows.append([*row, interval])
+        shown = significant(error) if np.isfinite(error) else "-"
+        rows.append([parameter.name, parameter.unit, f"{value:+.{decimals}f}", shown, interval])
     return align(rows)
 
 
@@ -54,6 +53,6 @@ def _decimals(values: Array, errors: Array) -> int:
     """Decimals with which the smallest standard error shows four digits; without any, the largest estimate."""
     known = errors[np.isfinite(errors) & (errors > 0)]
     smallest = float(known.min()) if len(known) else float(np.abs(values).max())
-    if smallest >= 10.0**-_DECIMALS or smallest == 0.0:
+    if smallest == 0.0:
         return _DECIMALS
-    return min(_MOST_DECIMALS, 3 - math.floor(math.log10(smallest)))
+    return min(_MOST_DECIMALS, max(_DECIMALS, 3 - math.floor(math.log10(smallest))))

@@ -30,6 +30,8 @@ __all__ = [
     "save",
 ]
 
+# Differences of losses below it are rounding.
+_ROUNDING = 1e-9
 # Logarithms up to which values are drawn, not their logarithms.
 LARGEST_DRAWN = 600.0
 INK, PALE, SERIES = "#1b2a41", "#b8c4d6", ("#c8553d", "#2a6f97", "#588157", "#8d6b94")
@@ -126,9 +128,10 @@ def draw_convergence(history: Sequence[tuple[int, float, float]], directory: Pat
     evaluations = np.array([row[0] for row in history], dtype=float)
     losses = np.array([row[2] for row in history])
     above = losses - losses[-1]
-    shown = above > 1e-9  # below it is rounding
+    shown = above > _ROUNDING
     if shown.any():
-        axes.loglog(evaluations[shown], above[shown], drawstyle="steps-post", color=SERIES[1])
+        ends = np.maximum(above, _ROUNDING)  # the last one is none above itself: down to what is rounding
+        axes.loglog(evaluations, ends, drawstyle="steps-post", color=SERIES[1])
     else:
         axes.text(0.5, 0.5, "the first program was the best", transform=axes.transAxes, ha="center")
     axes.set_xlabel("programs evaluated")

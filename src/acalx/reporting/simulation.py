@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from acalx.quantities.magnitude import significant
 from acalx.reporting.figures import PALE, SERIES, new_figure, save
 from acalx.reporting.tables import align, units_line
 from acalx.simulation import Outcome, Simulated
@@ -76,7 +77,7 @@ def _groups(outcome: Outcome) -> str:
                 "yes" if entry["as_predicted"] else "no",
                 _percent(entry.get("inequality")),
                 _percent(entry.get("inequality_predicted")),
-                f"{entry['bias'] / outcome.noise:.2g}",
+                significant(entry["bias"] / outcome.noise),
             ]
         )
     return align(rows)
@@ -92,8 +93,8 @@ def _parameters(outcome: Outcome) -> str:
         rows.append(
             [
                 parameter.name,
-                f"{outcome.bias[k]:+.2e}",
-                f"{low:+.2e} to {high:+.2e}",
+                f"{outcome.bias[k]:+.3e}",
+                f"{low:+.3e} to {high:+.3e}",
                 f"{outcome.deviations[k]:.4g}",
                 f"{least:.4g} to {most:.4g}",
                 f"{outcome.predicted[k]:.4g}",

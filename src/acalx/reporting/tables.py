@@ -44,7 +44,7 @@ def program_table(stand: Stand, settings: Array, held: int = 0, most: int = 60) 
     if force is not None:
         rows[0] += ["eta x", "eta y", "eta z"]
     for k, angles in enumerate(stand.axes.written(settings[:most])):
-        row = [f"{k + 1} fixed" if k < held else str(k + 1), *(f"{angle + 0.0:.2f}" for angle in angles)]
+        row = [f"{k + 1} fixed" if k < held else str(k + 1), *(f"{angle:.2f}" for angle in np.round(angles, 2) + 0.0)]
         if force is not None:
             row += [f"{value:+.4f}" for value in np.round(force[k], 4) + 0.0]
         rows.append(row)
@@ -62,7 +62,7 @@ def weights_table(stand: Stand, settings: Array, weights: Array, most: int = 20)
     rows[0] += [] if force is None else ["eta x", "eta y", "eta z"]
     rows[0].append("dwell share")
     for number, k in enumerate(order[:most], 1):
-        row = [str(number), *(f"{angle + 0.0:.2f}" for angle in np.degrees(settings[k]))]
+        row = [str(number), *(f"{angle:.2f}" for angle in np.round(np.degrees(settings[k]), 2) + 0.0)]
         row += [] if force is None else [f"{value:+.4f}" for value in np.round(force[k], 4) + 0.0]
         rows.append([*row, f"{100 * weights[k]:.3f} %"])
     text = align(rows)

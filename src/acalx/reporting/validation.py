@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from acalx.numerics.arrays import Array
-from acalx.quantities.magnitude import significant
+from acalx.quantities.magnitude import with_decimals
 from acalx.reporting.figures import new_figure, save
 from acalx.reporting.tables import align
 from acalx.validation import Compared, Validated
@@ -88,7 +88,8 @@ def _sensors(validated: Validated) -> str:
     for name, n, figures in listed:
         row = [name, n]
         for way in ways:
-            row += [f"{figures[f'{way}_r_squared']:.5f}", _milli(figures[f"{way}_rms_g"])]
+            has = f"{way}_r_squared" in figures
+            row += [f"{figures[f'{way}_r_squared']:.5f}", _milli(figures[f"{way}_rms_g"])] if has else ["-", "-"]
         rows.append(row)
     return align(rows)
 
@@ -105,6 +106,5 @@ def _programs(programs: Sequence[Compared]) -> str:
 
 
 def _milli(value: float) -> str:
-    """A figure in g as thousandths, to four decimals, or to four digits where those would not show it."""
-    milli = 1e3 * value
-    return significant(milli) if 0.0 < milli < 1e-3 else f"{milli:.4f}"
+    """A figure in g as thousandths, to four decimals, or to four digits where those would be fewer."""
+    return with_decimals(1e3 * value)

@@ -20,7 +20,7 @@ from acalx.search.result import Found, Result, Solution, Status
 __all__ = ["Composed", "Part", "Scheme", "joined_result", "kinds_of", "part_problem", "search_part"]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Part:
     """What was designed for one kind of sensors of a model.
 
@@ -42,7 +42,7 @@ class Part:
     result: Result | None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Composed:
     """A program for a whole model.
 

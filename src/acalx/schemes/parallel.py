@@ -11,6 +11,7 @@ import numpy as np
 from acalx.models import Model
 from acalx.numerics.arrays import Array
 from acalx.optimizers import Optimizer
+from acalx.options import keep
 from acalx.problem import Problem
 from acalx.schemes.base import Composed, Part, Scheme, joined_result, kinds_of, part_problem, search_part
 from acalx.schemes.division import check_positions, divide
@@ -50,6 +51,7 @@ class Parallel(Scheme):
 
     def __post_init__(self) -> None:
         check_positions(self.positions)
+        keep(self, "positions")
 
     def smallest_n(self, problem: Problem) -> int:
         """The fewest positions: what each kind needs alone, or is given, added up with those that are fixed."""

@@ -12,6 +12,7 @@ from acalx.errors import AcalxError, ArgumentError
 from acalx.models import Model
 from acalx.numerics.arrays import Array
 from acalx.optimizers import Optimizer
+from acalx.options import keep
 from acalx.problem import Problem
 from acalx.schemes.base import Composed, Part, Scheme, joined_result, kinds_of, part_problem, search_part
 from acalx.schemes.division import check_positions, divide
@@ -57,6 +58,7 @@ class Serial(Scheme):
         check_positions(self.positions)
         if self.order is not None and (isinstance(self.order, str) or not isinstance(self.order, Sequence)):
             raise ArgumentError.of("scheme.order", self.order, "give a list of kinds", ["accels", "gyros"])
+        keep(self, "order", "positions")
 
     def smallest_n(self, problem: Problem) -> int:
         """What the first kind needs alone, and one for each further kind."""
@@ -79,10 +81,11 @@ class Serial(Scheme):
         for name, model in kinds.items():
             held = 0 if settings is None else len(settings)
             if held + numbers[name] < weights[name]:
-                raise ArgumentError(
-                    f"n={problem.n}: with {held + numbers[name]} positions in all the {name} can't be estimated, "
-                    f"they need {weights[name]}; give a larger n, or other scheme.positions"
+                rule = (
+                    f"with {held + numbers[name]} positions in all the {name} can't be estimated, they need "
+                    f"{weights[name]}; give a larger n, or other positions of the scheme"
                 )
+                raise ArgumentError.of("n", problem.n, rule)
             if numbers[name]:
                 single = part_problem(self, problem, name, model, held + numbers[name], settings)
                 result = search_part(optimizer, single, rng, watch, last=len(parts) == len(kinds) - 1)
@@ -101,7 +104,7 @@ class Serial(Scheme):
         kinds = kinds_of(self, problem)
         order = list(kinds) if self.order is None else list(self.order)
         if sorted(order) != sorted(kinds):
-            raise ArgumentError(f"order=[{','.join(order)}]: give each kind of the model once: {', '.join(kinds)}")
+            raise ArgumentError.of("scheme.order", order, f"give each kind of the model once: {', '.join(kinds)}")
         return {name: kinds[name] for name in order}
 
 

@@ -80,17 +80,16 @@ def distinct_solutions(
     Positions are sorted by their angles, unless their order has a meaning.
     """
     ranked = sorted(zip(losses, settings, strict=True), key=lambda pair: pair[0])
+    good = [(loss, program) for loss, program in ranked if loss <= ranked[0][0] + tolerance]
+    ends = np.cumsum([len(program) for _, program in good])
+    together = np.split(problem.response.felt(np.concatenate([program for _, program in good])), ends[:-1])
     kept: list[Solution] = []
-    forces: list[Array] = []
-    for loss, program in ranked:
-        if loss > ranked[0][0] + tolerance:
-            break
-        rows = problem.response.regressors(program)
-        rows = rows.reshape(len(program), -1)
-        if any(_same_positions(rows, other) for other in forces):
+    felt: list[Array] = []
+    for (loss, program), rows in zip(good, together, strict=True):
+        if any(_same_positions(rows, other) for other in felt):
             continue
         kept.append(Solution(problem.restrictions.canonical(program) if sort else program, float(loss)))
-        forces.append(rows)
+        felt.append(rows)
     return tuple(kept)
 
 

@@ -24,7 +24,7 @@ _PENALTY = 30.0
 _MISS = 0.003
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Goals:
     """Targets of the losses of s runs.
 
@@ -70,7 +70,7 @@ class Goals:
         return type(self)(self.targets[index], self.rates, self.unit)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Aims:
     """What s runs seek among k losses.
 

@@ -21,7 +21,7 @@ from acalx.search.runs import Runs
 __all__ = ["Descent", "descend"]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Descent:
     """Local minima that starts led to.
 

@@ -15,7 +15,7 @@ __all__ = ["SAME", "FrontPoint", "front_points", "knee", "nondominated", "normal
 SAME = 1e-6
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class FrontPoint:
     """A program on a front.
 

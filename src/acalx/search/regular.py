@@ -74,10 +74,10 @@ class RegularSequences:
         begun = (np.abs(np.sin(0.5 * apart)) < _SAME_ANGLE).all(axis=(1, 2))
         if not begun.any():
             raise AcalxError(
-                "none of the {count} sequences by rule={rule} begins with the {held} fixed positions, so that none can "
+                "none of the {count} sequences by {rule} begins with the {held} fixed positions, so that none can "
                 "be continued; leave {extends} out, or fix the beginning of a sequence",
                 count=len(sequences),
-                rule=self.rule,
+                rule=Option("rule", self.rule),
                 held=problem.held,
                 extends=Option("extends", True),
             )
@@ -115,9 +115,10 @@ class RegularSequences:
         lengths = _within(problem, settings).sum(axis=1)
         usable = [one[:length] for one, length in zip(settings, lengths, strict=True) if length >= survey.numbers[0]]
         if not usable:
-            limits = ", ".join(setting.limits for setting in problem.stand.settings)
             return NoProgramError(
-                f"{head}: they leave the limits or stops of the stand, {limits}; choose other starts_deg or steps_deg"
+                "{head}: they leave the limits or stops of the stand, {limits}; choose other starts_deg or steps_deg",
+                head=head,
+                limits=[setting.limits for setting in problem.stand.settings],
             )
         visited = max(len(np.unique(np.round(np.degrees(one), 6) % _TURN, axis=0)) for one in usable)
         repeats = visited < max(map(len, usable))

@@ -17,7 +17,7 @@ _MANY = 500
 
 def no_regular_program(problem: Problem) -> NoProgramError:
     """The error for a problem in which every program that was tried is singular."""
-    limits = ", ".join(setting.limits.replace(", ", ",") for setting in problem.stand.settings)
+    limits = [setting.limits for setting in problem.stand.settings]
     everything = problem.restrictions.random(np.random.default_rng(0), 1)
     many = replace(problem, n=max(problem.n, _MANY), replicates=True)
     unseen = many.information(many.restrictions.random(np.random.default_rng(0), 1)[0]).inestimable()
@@ -25,13 +25,12 @@ def no_regular_program(problem: Problem) -> NoProgramError:
         unseen = problem.information(everything[0]).inestimable()
     can_not = f"; no position there shows {'; '.join(unseen)}" if unseen else ""
     fixed = problem.stand.circumstances
-    where, remedy = (f" with {fixed}", f"; change {fixed.replace(', ', ' or ')}") if fixed else ("", "")
+    where, remedy = (" with {fixed}", "; change one of {fixed}") if fixed else ("", "")
     return NoProgramError(
-        "no program of {n} positions within {limits}{where} can estimate all the parameters{can_not}{remedy}",
+        f"no program of {{n}} positions within {{limits}}{where} can estimate all the parameters{{can_not}}{remedy}",
         n=problem.n,
         limits=limits,
-        where=where,
+        fixed=fixed,
         can_not=can_not,
-        remedy=remedy,
         inestimable=unseen,
     )

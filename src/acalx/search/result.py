@@ -18,7 +18,7 @@ Status = Literal["ok", "limit", "interrupted"]
 _SAME = 1e-9
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Solution:
     """A program and its loss.
 
@@ -32,7 +32,7 @@ class Solution:
     loss: float
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Survey:
     """Every program that a systematic search looked at: s sequences, each with several numbers of positions.
 
@@ -60,7 +60,7 @@ class Survey:
         return int(near[:, column].argmax()), column
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class ApproximateDesign:
     """An approximate design: positions and the share of the measurements, or of the time, that each gets.
 
@@ -142,7 +142,7 @@ class Found(ABC):
 
 
 @final
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Result(Found):
     """The best programs by one criterion.
 
@@ -183,7 +183,7 @@ class Result(Found):
 
 
 @final
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Front(Found):
     """The best compromises between several objectives: programs none of which is better than another in every one.
 

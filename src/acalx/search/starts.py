@@ -16,7 +16,7 @@ from acalx.search.settle import settle
 __all__ = ["Ends", "descend_from_many", "regular_starts"]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Ends:
     """Where many descents ended.
 

@@ -35,7 +35,7 @@ _GAIN = 1e-12
 _DIGITS = 9
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Candidates:
     """Positions that may be put in.
 
@@ -51,18 +51,17 @@ class Candidates:
     @classmethod
     def of(cls, response: Response, settings: Array) -> Candidates:
         """Those settings (k, d), each information once: a table reaches most directions by two pairs of angles."""
-        regressors = response.regressors(settings)
-        rows = np.round(regressors.reshape(len(settings), -1), _DIGITS) + 0.0
+        rows = np.round(response.felt(settings), _DIGITS) + 0.0
         _, first = np.unique(rows, axis=0, return_index=True)
         first.sort()
-        return cls(settings[first], regressors[first])
+        return cls(settings[first], response.regressors(settings)[first])
 
     def choices(self, settings: Array) -> tuple[Array, Array]:
         """The same for all positions."""
         return self.settings, self.regressors
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class _OneAngle:
     """One angle of a position set to others of its stops."""
 
@@ -77,7 +76,7 @@ class _OneAngle:
         return choices, self.response.regressors(choices)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class _Around:
     """All angles of a position moved some steps, if any."""
 

@@ -120,15 +120,15 @@ def simulate(
     """
     for name, part, kind in (("stand", stand, Stand), ("model", model, Model), ("errors", errors, ErrorSources)):
         require_part(name, part, kind)
+    estimator = default_estimator(model) if estimator is None else estimator
+    require_part("estimator", estimator, Estimator)
     require_seed(seed)
     check_order(order, dwell_s)
-    estimator = default_estimator(model) if estimator is None else estimator
     outcomes, itineraries = {}, {}
     for name, settings in _settings_of(programs, stand).items():
-        visit = itinerary(stand, settings, order, np.random.default_rng(seed))
+        itineraries[name] = visit = itinerary(stand, settings, order, np.random.default_rng(seed))
         campaign = Campaign(model, stand, visit.settings, errors, seed, order == "random")
         outcomes[name] = run_campaign(campaign, estimator, trials, name, confidence)
-        itineraries[name] = visit
     return Simulated(outcomes, itineraries, model, stand, errors, estimator, trials, order, dwell_s, confidence, seed)
 
 

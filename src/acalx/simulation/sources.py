@@ -12,7 +12,7 @@ import numpy as np
 from acalx.errors import ArgumentError, CompatibilityError, Option
 from acalx.models import Model
 from acalx.numerics.arrays import Array
-from acalx.options import is_number
+from acalx.options import is_number, keep, require_switch
 from acalx.quantities.parameter import Parameter, parameter_groups
 from acalx.stands import Stand
 
@@ -85,8 +85,7 @@ class ErrorSources:
         if not is_number(self.drift_positions) or self.drift_positions <= 0:
             raise ArgumentError.of("drift_positions", self.drift_positions, "give a positive number of positions")
         for name in ("setting_repeats", "installation_known"):
-            if not isinstance(getattr(self, name), bool):
-                raise ArgumentError.of(name, getattr(self, name), "must be true or false")
+            require_switch(name, getattr(self, name))
         pair = self.installation_arcsec
         if not _is_pair(pair) or pair[1] < 0:
             rule = "give the mean and the standard deviation, which is not negative, as in {example}"
@@ -100,6 +99,7 @@ class ErrorSources:
             )
         for group, magnitude in self.parameters.items():
             _require_magnitude(group, magnitude)
+        keep(self, "parameters", "installation_arcsec")
 
     def check(self, model: Model, stand: Stand) -> None:
         """Raise CompatibilityError for groups that the model lacks, or has and are not given."""
@@ -113,7 +113,7 @@ class ErrorSources:
                     model=name,
                     groups=", ".join(groups),
                     errors=Option("errors", "NAME", "ErrorSources(...)"),
-                    none=Option(f"errors.parameters.{group}", 0),
+                    none=Option(f"errors.parameters.{group}", 0, repr({group: 0}), argument="parameters"),
                 )
         for group in groups:
             if group not in self.parameters:
@@ -122,7 +122,7 @@ class ErrorSources:
                     "a standard deviation, or [1e-5,1e-4], the least and the largest magnitude",
                     group=group,
                     model=name,
-                    size=Option(f"+errors.parameters.{group}", "1e-4", "1e-4"),
+                    size=Option(f"+errors.parameters.{group}", 1e-4, repr({group: 1e-4}), argument="parameters"),
                 )
         if any(self.installation_arcsec) and not stand.axis_errors:
             raise CompatibilityError(

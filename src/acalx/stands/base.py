@@ -163,6 +163,6 @@ class Stand(ABC):
         return "", {}
 
     @property
-    def circumstances(self) -> str:
+    def circumstances(self) -> list[Option]:
         """Options other than limits and steps on which it depends what can be estimated, for messages."""
-        return ""
+        return []

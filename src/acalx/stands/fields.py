@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import field, fields
 from typing import Any
 
-from acalx.options import require_limits, require_number, require_step, require_switch
+import numpy as np
+
+from acalx.options import kept, require_limits, require_number, require_step, require_switch
 from acalx.quantities.units import DEGREE, Unit
 
 __all__ = ["check_fields", "limits", "number", "step", "switch"]
@@ -53,16 +55,10 @@ def check_fields(stand: Any) -> None:
     """
     for option in fields(stand):
         value = getattr(stand, option.name)
+        value = value.tolist() if isinstance(value, np.ndarray) else value
         if _CHECK in option.metadata:
             value = option.metadata[_CHECK](option.name, value)
-        object.__setattr__(stand, option.name, _kept(value))
-
-
-def _kept(value: Any) -> Any:
-    """Lists and what is in them as tuples, mappings copied."""
-    if isinstance(value, list | tuple):
-        return tuple(map(_kept, value))
-    return {key: _kept(entry) for key, entry in value.items()} if isinstance(value, Mapping) else value
+        object.__setattr__(stand, option.name, kept(value))
 
 
 _CHECK = "check"

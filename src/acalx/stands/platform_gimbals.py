@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import ClassVar, final
 
+from acalx.errors import Option
 from acalx.stands.fields import limits, number
 from acalx.stands.rotary import Rotary
 from acalx.stands.turns import UP, Vector
@@ -81,6 +82,6 @@ class PlatformGimbals(Rotary):
         return {"specific_force": UP, "angular_rate": (along, across, up)}
 
     @property
-    def circumstances(self) -> str:
-        """The azimuth of the outer axis and the latitude, as options."""
-        return f"azimuth_deg={self.azimuth_deg:g}, latitude_deg={self.latitude_deg:g}"
+    def circumstances(self) -> list[Option]:
+        """The azimuth of the outer axis and the latitude."""
+        return [Option("azimuth_deg", self.azimuth_deg), Option("latitude_deg", self.latitude_deg)]

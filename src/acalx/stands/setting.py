@@ -9,9 +9,9 @@ from numbers import Real
 
 import numpy as np
 
-from acalx.errors import ArgumentError, CompatibilityError
+from acalx.errors import ArgumentError, CompatibilityError, Option
 from acalx.numerics.arrays import Array
-from acalx.options import require_limits
+from acalx.options import require_limits, require_switch
 from acalx.quantities.units import DEGREE, Unit
 
 __all__ = ["Setting"]
@@ -51,14 +51,12 @@ class Setting:
         for name, value in (("lower", self.lower), ("upper", self.upper), ("step", self.step or 0.0)):
             if not isinstance(value, Real):
                 raise ArgumentError(f"{self.name}: {name}={value!r}: must be a number, in rad")
-        if not isinstance(self.periodic, bool):
-            raise ArgumentError(f"{self.name}: periodic={self.periodic!r}: must be true or false")
+        object.__setattr__(self, "periodic", require_switch("periodic", self.periodic))
         if self.periodic and self.unit.turn is None:
             raise ArgumentError(f"{self.column}: only an angle is periodic, not what is in {self.unit.plural}")
-        lower, upper = (_short(limit / self.unit.size) for limit in (self.lower, self.upper))
 
         def refused(rule: str) -> ArgumentError:
-            return ArgumentError.of(self.column, [lower, upper], rule)
+            return ArgumentError("{given}: {rule}", given=self.limits, rule=rule)
 
         if not (math.isfinite(self.lower) and math.isfinite(self.upper)):
             raise refused(f"bounds must be finite numbers of {self.unit.plural}")
@@ -101,9 +99,9 @@ class Setting:
         return self.unit.column(self.name)
 
     @property
-    def limits(self) -> str:
-        """Its limits as on the command line."""
-        return f"{self.column}=[{self.lower / self.unit.size:g}, {self.upper / self.unit.size:g}]"
+    def limits(self) -> Option:
+        """Its limits as an option."""
+        return Option(self.column, [_short(self.lower / self.unit.size), _short(self.upper / self.unit.size)])
 
     @property
     def full_turn(self) -> bool:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from acalx.criteria import Ceiling, Criterion
+from acalx.criteria import Ceiling, Concave, Criterion
+from acalx.options import is_number
 from acalx.quantities.information import Information
 from acalx.quantities.parameter import Parameter
 from acalx.testing.rules import STACKS, TOLERANCE, require, require_close, require_shape, require_stacked
@@ -39,6 +40,8 @@ def check_criterion(
         require_stacked(criterion, "loss", lambda x: [criterion.loss(Information(x, parameters))], matrix)
         _require_gradient(criterion, information)
         require_close(criterion, "leaves the matrix as it is", information.matrix, matrix, 0.0)
+        if isinstance(criterion, Concave):
+            _check_degree(criterion, information)
         if monotone:
             more = Information(matrix + rows[..., :1, :].swapaxes(-1, -2) @ rows[..., :1, :], parameters)
             require(bool((criterion.loss(more) <= loss + 1e-9).all()), criterion, "more information never hurts")
@@ -48,6 +51,23 @@ def check_criterion(
         require_close(criterion, "the terms add up to the loss", total, loss, 1e-9)
         for _, ceiling in terms.ceilings:
             _check_ceiling(ceiling, information)
+
+
+def _check_degree(criterion: Concave, information: Information) -> None:
+    """So much more information takes so much off the loss; less than its share at the mean of two matrices."""
+    degree = criterion.degree(len(information.parameters))
+    require(is_number(degree) and degree > 0, criterion, f"degree is a positive number, got {degree!r}")
+    loss, matrix = np.asarray(criterion.loss(information)), information.matrix
+    more = np.asarray(criterion.loss(Information(4.0 * matrix, information.parameters)))
+    rule = f"four times the information takes degree {degree:g} times log 4 off the loss"
+    require_close(criterion, rule, loss - more, np.full(loss.shape, degree * np.log(4.0)), 1e-6)
+    other = matrix * (1.0 + np.eye(matrix.shape[-1]))
+    first, middle, last = (
+        np.exp(-np.asarray(criterion.loss(Information(between, information.parameters))) / degree)
+        for between in (matrix, 0.5 * (matrix + other), other)
+    )
+    concave = middle >= 0.5 * (first + last) * (1.0 - 1e-9)
+    require(bool(concave.all()), criterion, "exp(-loss / degree) is concave in the information")
 
 
 def _check_ceiling(ceiling: Ceiling, information: Information) -> None:

@@ -37,6 +37,8 @@ def check_estimator(estimator: Estimator, model: Model, stand: Stand, *, seed: i
     stimulus, truth, measurement = _sensors(model, stand, rng)
     p = len(model.parameters)
     right = estimator.estimate(model, measurement, stimulus)
+    rule = "the random positions of the stand show all the parameters; try another stand"
+    require(not model.information(stimulus).singular.any(), stand, rule)
     require_shape(estimator, "parameters", right.parameters, (_SENSORS, p))
     require(bool(right.converged.all()), estimator, "steps become small where there is no noise")
     rule = "parameters are right to first order in the errors where there is no noise"
@@ -83,6 +85,7 @@ def check_residual(residual: Residual, model: Model, stand: Stand, *, seed: int 
     zero = np.zeros(truth.shape)
     left, _ = residual.at(model, zero, measurement, stimulus)
     require_close(residual, "errors of zero leave all of it", left / _SIZE, whole / _SIZE, 1e-9)
+    require(float(np.abs(whole).max()) > 1e-3 * _SIZE, residual, "errors of a sensor show in it")
     left, _ = residual.at(model, truth, measurement, stimulus)
     rule = "the right errors leave nothing of it, to first order"
     _require_within(residual, rule, left, 0.05 * float(np.abs(whole).max()))
@@ -108,6 +111,8 @@ def check_loss(loss: Loss) -> None:
     weight, slope = loss.weight(u), loss.slope(u)
     require_shape(loss, "weight", weight, u.shape)
     require_shape(loss, "slope", slope, u.shape)
+    shaped = loss.weight(u[:12].reshape(3, 4))
+    require_shape(loss, "weight of a table", shaped, (3, 4))
     require(float(loss.weight(np.zeros(1))[0]) == 1.0, loss, "the weight of a residual of zero is 1")
     require(bool(((weight >= 0.0) & (weight <= 1.0)).all()), loss, "weights are from 0 to 1")
     step = 1e-5  # a kink as near as that is passed over below

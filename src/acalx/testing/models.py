@@ -9,7 +9,7 @@ import numpy as np
 from acalx.models import Model
 from acalx.quantities.stimulus import Stimulus
 from acalx.stands import Stand
-from acalx.testing.rules import STACKS, N, require, require_derivative, require_shape, require_stacked
+from acalx.testing.rules import STACKS, N, require, require_close, require_derivative, require_shape, require_stacked
 
 __all__ = ["check_model"]
 
@@ -38,5 +38,8 @@ def check_model(model: Model, stand: Stand, *, seed: int = 0) -> None:
         model.check(stimulus, stand)
         require_shape(model, "regressors", model.regressors(stimulus), (*stack, N, m, p))
         require_stacked(model, "regressors", lambda x: [model.regressors(stand.stimulus(x))], angles)
+        turned = Stimulus(**{name: value[..., ::-1, :] for name, value in stimulus.quantities()})
+        rule = "a position's rows depend on it alone, not on its place among the others"
+        require_close(model, rule, model.regressors(turned), model.regressors(stimulus)[..., ::-1, :, :], 1e-9)
         exact, numerical = model.derivative(stimulus), Model.derivative(model, stimulus)
         require_derivative(model, exact, numerical, (*stack, N, m, p, 3))

@@ -13,7 +13,7 @@ from acalx.errors import ArgumentError, DataError, Option
 from acalx.estimation import Calibration, Estimator, Iterated, Readings, Unit, calibrate
 from acalx.models import ScalarAccel
 from acalx.numerics.arrays import Array
-from acalx.options import is_whole, require_seed
+from acalx.options import is_whole, require_part, require_seed
 from acalx.programs import Program, find_program, published_for
 from acalx.stands import Stand, TwoAxis
 from acalx.validation.comparison import Compared, compare_programs, median_of
@@ -72,8 +72,10 @@ class Validated:
 
     @property
     def medians(self) -> dict[str, float]:
-        """Medians over the sensors of each of their figures."""
-        return {key: float(np.median([s.figures[key] for s in self.sensors])) for key in self.sensors[0].figures}
+        """Medians of each figure over the sensors that have it: few positions leave none to hold out in some ways."""
+        keys = dict.fromkeys(key for sensor in self.sensors for key in sensor.figures)
+        each = {key: [sensor.figures[key] for sensor in self.sensors if key in sensor.figures] for key in keys}
+        return {key: float(np.median(values)) for key, values in each.items()}
 
     @property
     def programs(self) -> list[Compared]:
@@ -89,7 +91,7 @@ class Validated:
         return f"{len(self.sensors)} sensor{'s' * (len(self.sensors) > 1)} validated"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class _Ways:
     """How each sensor is calibrated, and how its positions are held out."""
 
@@ -104,6 +106,10 @@ class _Ways:
     turns: int
 
     def __post_init__(self) -> None:
+        kinds = {"model": ScalarAccel, "estimator": Estimator, "unit": Unit, "criterion": Criterion}
+        for name, kind in kinds.items():
+            require_part(name, getattr(self, name), kind)
+        self.criterion.check(self.model.parameters)
         if not is_whole(self.turns) or self.turns < 1:
             raise ArgumentError.of("turns", self.turns, "give a whole number; 1 leaves programs as they are")
 
@@ -174,7 +180,7 @@ def validate(
         Positions that can't show all the parameters.
     """
     require_seed(seed)
-    criterion.check(model.parameters)
+    require_part("stand", stand, Stand)
     verticals = _verticals(list(published_for(stand)) if programs is None else programs, stand)
     ways = _Ways(model, estimator, unit, criterion, verticals, splits, share, folds, turns)
     tests = None if test is None else _by_name(test)

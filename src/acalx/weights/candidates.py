@@ -55,7 +55,7 @@ class Candidates(ABC):
 
 
 @final
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Rows(Candidates):
     """Candidates whose regressors are given.
 
@@ -100,7 +100,7 @@ class Rows(Candidates):
 
 
 @final
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Positions(Candidates):
     """Candidates that are positions of a stand; regressors are computed each time they are looked at.
 

@@ -37,7 +37,7 @@ _SETTLED = 1e-3  # the gap from which it shows which weights are zero at the opt
 _NEGLIGIBLE = 1e-2  # a weight so much smaller than the slack of its sensitivity
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Balance:
     """Weights that are optimal for some positions, up to what `gap` says.
 
@@ -116,7 +116,7 @@ def balance(
         kept = kept[needed]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class _Measure:
     """Positions that share the measurements."""
 

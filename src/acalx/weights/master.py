@@ -51,7 +51,7 @@ class Newton:
 
 
 @final
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Semidefinite:
     """The same for a criterion that is a matrix inequality.
 
@@ -99,5 +99,5 @@ def newton_master(criterion: Concave, parameters: tuple[Parameter, ...]) -> Mast
         return Newton(smooth, parameters)
     raise CompatibilityError(
         f"Newton's method on the weights needs a smooth criterion or a matrix inequality, and {criterion.label} "
-        "is neither; use d, a or e"
+        "is neither; D, A and E are one of them each"
     )

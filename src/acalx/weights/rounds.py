@@ -22,7 +22,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from acalx.criteria import Concave, Criterion, concave_of
-from acalx.errors import AcalxError, CompatibilityError
+from acalx.errors import CompatibilityError, NoProgramError
 from acalx.numerics.arrays import Array
 from acalx.quantities.information import Information
 from acalx.weights.candidates import Candidates
@@ -41,7 +41,7 @@ _LIGHT = 1e-7  # candidates of so much less weight than the largest leave
 _PATIENCE = 6  # rounds in which neither the gap nor the loss falls noticeably
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Weights:
     """An approximate design on candidates.
 
@@ -110,14 +110,14 @@ def optimal_weights(
     ------
     CompatibilityError
         A criterion that is not concave, or with kinks of which it says nothing, and no master.
-    AcalxError
+    NoProgramError
         Candidates that together can't estimate all the parameters.
     """
     concave = concave_of(criterion)
     if concave is None:
         raise CompatibilityError(
             f"weights can't be optimized for criterion {criterion.label}, which does not say that it is convex; "
-            "use d, a or e, or derive the criterion from acalx.criteria.Concave"
+            "take D, A or E, or derive the criterion from acalx.criteria.Concave"
         )
     parameters = candidates.parameters
     there = np.zeros((len(parameters), len(parameters))) if base is None else base
@@ -203,7 +203,7 @@ class _Search:
         everything = Information(total, parameters)
         if everything.singular:
             unseen = "; ".join(everything.inestimable())
-            raise AcalxError(f"no weights on these {len(self.candidates)} candidates can estimate {unseen}")
+            raise NoProgramError(f"no weights on these {len(self.candidates)} candidates can estimate {unseen}")
         root = np.linalg.inv(np.linalg.cholesky(total))
         for _ in range(len(parameters)):
             rows = self.candidates.regressors(active)

@@ -93,7 +93,7 @@ def _information(rows: Array, base: Array, weights: Array) -> Array:
     return base + flat.T @ flat
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class _Change:
     weights: Array
     slack: Array

@@ -1,0 +1,62 @@
+"""Whether a stand and a model give what they must, looked at before anyone counts on it: they may be a user's."""
+
+from __future__ import annotations
+
+import traceback
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+import numpy as np
+
+from acalx.errors import AcalxError, PluginError
+from acalx.models import Model
+from acalx.quantities.stimulus import Stimulus
+from acalx.stands import Stand
+
+__all__ = ["check_parts"]
+
+_T = TypeVar("_T")
+
+
+def check_parts(stand: Stand, model: Model) -> None:
+    """Look at what a stand gives at the ends of its limits, and what a model makes of it.
+
+    Raises
+    ------
+    CompatibilityError
+        A model that needs what the stand does not provide.
+    PluginError
+        Where one of them raises, or gives something else than finite numbers of the right shape.
+    """
+    settings = stand.axes.bounds.T
+    name = f"{type(stand).__name__}.stimulus"
+    stimulus = _asked(name, lambda: stand.stimulus(settings))
+    if not isinstance(stimulus, Stimulus):
+        raise PluginError(f"{name} gave {type(stimulus).__name__}; expected a Stimulus")
+    model.check(stimulus, stand)
+    for quantity, values in stimulus.quantities():
+        _require(f"{name}: {quantity}", values, (2, 3))
+    rows = f"{type(model).__name__}.regressors"
+    shape = (2, model.outputs, len(model.parameters))
+    _require(rows, _asked(rows, lambda: model.regressors(stimulus)), shape)
+
+
+def _asked(name: str, call: Callable[[], _T]) -> _T:
+    """What a part answers; PluginError, with the place, where it raises."""
+    try:
+        return call()
+    except AcalxError:
+        raise
+    except Exception as error:
+        frame = traceback.extract_tb(error.__traceback__)[-1]
+        raise PluginError(
+            f"{name} raised {type(error).__name__}: {error} ({frame.filename}, line {frame.lineno})"
+        ) from error
+
+
+def _require(name: str, values: Any, shape: tuple[int, ...]) -> None:
+    """Raise PluginError unless they are finite numbers of this shape."""
+    if np.shape(values) != shape:
+        raise PluginError(f"{name} has shape {np.shape(values)}; expected {shape}")
+    if not np.isfinite(np.asarray(values, dtype=float)).all():
+        raise PluginError(f"{name} is not finite")
