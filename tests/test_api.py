@@ -123,3 +123,49 @@ def test_what_can_not_end_well_is_refused_before_the_search():
     with pytest.raises(ArgumentError, match="certificate='no': must be true or false"):
         acalx.evaluate("icosahedron_12", acalx.TwoAxis(), acalx.ScalarAccel(), certificate="no")
     assert not seen
+
+
+def test_all_programs_that_a_search_gives_are_looked_at_anew(tmp_path, monkeypatch):
+    """Not the first alone: the turned one of a pair and the knee of a front may be right where others are not."""
+    (tmp_path / "places.py").write_text(
+        "import dataclasses\nimport numpy as np\nfrom acalx.models import Model, ScalarAccel\n\n\n"
+        "@dataclasses.dataclass(frozen=True)\nclass Places(Model):\n"
+        "    parameters = ScalarAccel().parameters\n    needs = ('specific_force',)\n\n"
+        "    def regressors(self, stimulus):\n"
+        "        rows = ScalarAccel().regressors(stimulus)\n"
+        "        return rows * np.where(np.arange(rows.shape[-3]) == 0, 3.0, 1.0)[:, None, None]\n"
+    )
+    monkeypatch.syspath_prepend(tmp_path)
+    model = importlib.import_module("places").Places()
+    alone = acalx.Problem(acalx.TwoAxis(), model, acalx.D(), 11)
+    with pytest.raises(PluginError, match="order of the positions"):
+        acalx.design(alone, acalx.Gradient(starts=4), orient=acalx.A())
+    several = acalx.Problem(acalx.TwoAxis(), model, acalx.Objectives([acalx.A(), acalx.E()]), 11)
+    with pytest.raises(PluginError, match="order of the positions"):
+        acalx.design(several, acalx.Scalarized(points=6, starts=8, seeds=3))
+
+
+def test_what_an_optimizer_gives_is_looked_at():
+    class Nothing(acalx.Optimizer):
+        def search(self, problem, rng, account):
+            return None
+
+    problem = acalx.Problem(acalx.TwoAxis(), acalx.ScalarAccel(), acalx.D(), 9)
+    with pytest.raises(PluginError, match="optimizer Nothing gave NoneType; expected a Result"):
+        acalx.design(problem, Nothing())
+
+
+def test_a_run_that_fails_after_it_was_recorded_says_so(tmp_path):
+    (tmp_path / "broken.py").write_text(
+        "from acalx.criteria import A, Concave\n\n\n"
+        "class Broken(Concave):\n"
+        "    def loss(self, information):\n        return A().loss(information)\n\n"
+        "    def degree(self, p):\n        raise RuntimeError('degree broke')\n"
+    )
+    own = ("criterion=custom", "criterion._target_=broken.Broken", "optimizer=gradient", "figures=false")
+    outcome = run(tmp_path, *own)
+    assert outcome.status == 1
+    assert outcome.result["status"] == "failed"
+    assert "degree broke" in outcome.result["message"]
+    assert outcome.result["metrics"]["D"] > 0
+    assert len(outcome.rows()) == 9

@@ -15,8 +15,9 @@ from hypothesis import strategies as st
 
 from acalx.bounds import bound, certify
 from acalx.bounds.relaxation import relax, sensitivity
-from acalx.criteria import A, Criterion, D, E
+from acalx.criteria import A, Concave, Criterion, D, E
 from acalx.models import ScalarAccel
+from acalx.numerics.arrays import Array
 from acalx.numerics.supremum import cells_between, cells_of, supremum
 from acalx.optimizers import Gradient
 from acalx.problem import Problem
@@ -25,6 +26,7 @@ from acalx.quantities.information import Information
 from acalx.search.account import Account
 from acalx.search.descent import descend
 from acalx.stands import TwoAxis
+from acalx.testing import check_criterion
 from parts import D_FAIR
 
 # published programs that are D-optimal, the last one but for the rounding of its printed angles
@@ -172,3 +174,25 @@ def test_an_interrupt_while_bounding_loses_nothing(tmp_path):
     assert result["status"] == "interrupted"
     assert result["metrics"]["D"] <= 0.04893153
     assert (tmp_path / "here" / "program.csv").exists()
+
+
+def test_a_program_that_beats_its_bound_refutes_it() -> None:
+    """A criterion that says a wrong degree is not believed."""
+
+    @dataclass(frozen=True)
+    class Hasty(Concave):
+        def degree(self, p: int) -> float:
+            return 1.0  # and it is 2
+
+        def loss(self, information: Information) -> Array:
+            return 2.0 * A().loss(information)
+
+        def gradient(self, information: Information) -> Array:
+            return 2.0 * A().gradient(information)
+
+    asked = problem(Hasty(), 12)
+    found = certify(asked, Gradient().solve(asked, np.random.default_rng(0)).best.settings)
+    assert found.bound is None
+    assert "is the degree of one of them wrong" in found.reason
+    with pytest.raises(AssertionError, match="four times the information takes degree 1 times log 4"):
+        check_criterion(Hasty(), ScalarAccel().parameters)

@@ -7,7 +7,7 @@ import itertools
 import json
 import subprocess
 import sys
-from dataclasses import replace
+from dataclasses import fields, replace
 from pathlib import Path
 
 import numpy as np
@@ -166,3 +166,27 @@ def test_the_same_seed_gives_the_same_program_in_another_process():
         [sys.executable, "-c", code], cwd=Path(__file__).parent, capture_output=True, text=True, check=True
     )
     assert json.loads(out.stdout) == programs()
+
+
+def built_with_lists() -> list[tuple[str, str, str]]:
+    """Groups, options and fields of the parts of the configuration that hold lists or mappings."""
+    found = []
+    for group in ("stand", "model", "criterion", "optimizer", "scheme", "errors"):
+        for name, one in parts_of(group).items():
+            for option in fields(one):
+                if isinstance(getattr(one, option.name), list | tuple | dict):
+                    found.append((group, name, option.name))
+    return found
+
+
+@pytest.mark.parametrize(("group", "name", "option"), built_with_lists())
+def test_parts_keep_what_they_are_given(group, name, option):
+    """Lists are as tuples, and what is changed later changes no part."""
+    one = part(group, name)
+    value = getattr(one, option)
+    given = dict(value) if isinstance(value, dict) else list(value)
+    again = replace(one, **{option: given})
+    assert again == one
+    assert not isinstance(getattr(again, option), list)
+    given.clear()
+    assert again == one

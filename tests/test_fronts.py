@@ -370,7 +370,7 @@ def test_a_run_leaves_the_front(commands: dict[str, Outcome]) -> None:
     assert {"front.csv", "front.svg", "front.png", "program.csv", "resolved.yaml"} <= outcome.files
     assert not {"alternatives.csv", "history.csv", "convergence.svg"} & outcome.files
     rows = outcome.rows("front.csv")
-    assert list(rows[0]) == ["point", "d", "a", "knee"]
+    assert list(rows[0]) == ["point", "d", "a", "knee", "log_d", "log_a"]
     assert [row["point"] for row in rows] == [str(k + 1) for k in range(12)]
     values = np.array([[float(row["d"]), float(row["a"])] for row in rows])
     assert (np.diff(values[:, 0]) > 0).all()

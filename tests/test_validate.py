@@ -19,6 +19,8 @@ from acalx.numerics.arrays import Array
 from acalx.programs import find_program
 from acalx.quantities.stimulus import Stimulus
 from acalx.recording.parts import described
+from acalx.recording.run_directory import RunDirectory
+from acalx.recording.validation import record
 from acalx.reporting.validation import show
 from acalx.validation import Validated, ValidatedSensor, Validation
 from acalx.validation import validate as validated_from
@@ -383,6 +385,23 @@ def test_ways_that_leave_too_few_positions_are_left_out(validated: dict[str, Out
     assert set(outcome.metrics) == {
         f"{way}_{what}" for way in ("folds", "leave_one_out") for what in ("r_squared", "rms_g")
     }
+
+
+def test_sensors_of_different_sizes_are_shown_together(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    few, many = readings(n=11), readings()
+    for order in (("few", "many"), ("many", "few")):
+        both = validated_from({name: {"few": few, "many": many}[name] for name in order}, programs=[])
+        assert "splits_r_squared" in both.medians
+        show(both)
+        rows = capsys.readouterr().out.splitlines()
+        assert rows[0].split()[:2] == ["sensor", "positions"]
+        cells = {row.split()[0]: row.split() for row in rows[1:4]}
+        assert cells["few"].count("-") > cells["many"].count("-") == 0
+        assert len(cells["few"]) == len(cells["many"])
+        directory = RunDirectory(tmp_path / order[0], [])
+        record(both, "data.csv", None, directory)
+        table = (tmp_path / order[0] / "validation.csv").read_text().splitlines()
+        assert {len(line.split(",")) for line in table} == {len(both.medians) + 2}
 
 
 def test_positions_that_cannot_carry_the_model_are_answered(validated: dict[str, Outcome]) -> None:

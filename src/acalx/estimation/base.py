@@ -243,7 +243,9 @@ def _step(residual: Array, rows: Array, loss: Loss, scale: Array, model: Model) 
 
 
 def _information(rows: Array, model: Model) -> Information:
-    """H'H of rows (..., n, p), member by member: the rows of a sensor lie together, other than those of programs."""
+    """H'H of rows (..., n, p): along the stack where that is first in memory, else member by member."""
+    if rows.flags.f_contiguous and not rows.flags.c_contiguous:
+        return Information.from_regressors(rows[..., None, :], model.parameters)
     return Information(rows.swapaxes(-1, -2) @ rows, model.parameters)
 
 

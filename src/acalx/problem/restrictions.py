@@ -107,7 +107,7 @@ class Restrictions:
     def permits(self, settings: Array, clearance: bool = False) -> np.ndarray:
         """Which programs (..., n, d) leave forbidden zones alone and repeat no position that may not be.
 
-        The limits of single angles are not looked at: see `Stand.allows`. With a clearance, what
+        The limits of single angles are not looked at: see `Axes.allows`. With a clearance, what
         is so close to a zone that rounding may put it there is not permitted either.
         """
         permitted = ~self.stand.axes.forbids(settings[..., self.held :, :], clearance).any(axis=-1)

@@ -140,14 +140,18 @@ class RunDirectory:
     def write_front(
         self, stand: Stand, names: Sequence[str], front: Sequence[FrontPoint], knee: int | None, held: int = 0
     ) -> None:
-        """front.csv: the value of each objective, the exponential of its loss; front/NN.csv: the programs."""
+        """front.csv: the value of each objective, the exponential of its loss, and the loss; front/NN.csv: programs.
+
+        A value that no double holds is written with its digits all the same; ``log_NAME`` is to compute with.
+        """
         (self.path / "front").mkdir()
         width = max(2, len(str(len(front))))
         rows = []
         for number, point in enumerate(front, 1):
-            rows.append([number, *map(_value, point.losses.tolist()), int(number - 1 == knee)])
+            losses = point.losses.tolist()
+            rows.append([number, *map(_value, losses), int(number - 1 == knee), *map(repr, losses)])
             self.write_program(stand, point.settings, held, f"front/{number:0{width}}.csv")
-        self.write_table("front.csv", ["point", *names, "knee"], rows)
+        self.write_table("front.csv", ["point", *names, "knee", *(f"log_{name}" for name in names)], rows)
 
     def write_alternatives(self, stand: Stand, solutions: Iterable[Solution]) -> None:
         """alternatives.csv: all programs that are equally good, the best first."""

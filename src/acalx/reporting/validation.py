@@ -88,8 +88,7 @@ def _sensors(validated: Validated) -> str:
     for name, n, figures in listed:
         row = [name, n]
         for way in ways:
-            has = f"{way}_r_squared" in figures
-            row += [f"{figures[f'{way}_r_squared']:.5f}", _milli(figures[f"{way}_rms_g"])] if has else ["-", "-"]
+            row += _right(figures.get(f"{way}_r_squared"), figures.get(f"{way}_rms_g"))
         rows.append(row)
     return align(rows)
 
@@ -99,10 +98,15 @@ def _programs(programs: Sequence[Compared]) -> str:
     rows = [["calibrated on the nearest to", "positions", "angle deg", "efficiency", "R^2", "rms mg"]]
     for row in programs:
         angle = "-" if np.isnan(row.angle_deg) else f"{row.angle_deg:.1f}"
-        r_squared = f"{row.r_squared:.5f}" if np.isfinite(row.r_squared) else "can't"
-        rms = _milli(row.rms_g) if np.isfinite(row.rms_g) else "-"
-        rows.append([row.name, str(row.n), angle, f"{row.efficiency:.3f}", r_squared, rms])
+        rows.append([row.name, str(row.n), angle, f"{row.efficiency:.3f}", *_right(row.r_squared, row.rms_g)])
     return align(rows)
+
+
+def _right(r_squared: float | None, rms_g: float | None) -> list[str]:
+    """R^2 and rms; "can't" where the positions left for the calibration can't show all the parameters."""
+    if r_squared is None or rms_g is None:
+        return ["-", "-"]
+    return [f"{r_squared:.5f}", _milli(rms_g)] if np.isfinite(rms_g) else ["can't", "-"]
 
 
 def _milli(value: float) -> str:
