@@ -146,6 +146,10 @@ def custom(name: str, *rest: str) -> tuple[str, ...]:
 REFUSED: list[tuple[tuple[str, ...], tuple[str, ...]]] = [
     (("n=8",), ("n=8", "9 positions or more")),
     (("n=0",), ("n=0", "9 positions or more")),
+    (("objectives=[d,custom]",), ("objectives.custom._target_ is missing", "FOLDER/criterion/NAME.yaml")),
+    (("objectives=[d,custom]", "objectives.custom._target_=mine.D"), ("Index 'custom'",)),
+    (("orient=custom", "criterion=d"), ("orient._target_ is missing", "--config-dir=FOLDER")),
+    (("objectives=[d,a,e]", "optimizer=scalarized", "optimizer.points=2"), ("optimizer.points=2: a front of 3",)),
     (("n=-3",), ("n=-3", "9 positions or more")),
     (("n=abc",), ("n=abc", "whole number")),
     (("n=9.5",), ("n=9.5", "whole number")),

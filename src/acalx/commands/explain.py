@@ -51,6 +51,9 @@ def explain(error: BaseException, overrides: Sequence[str] = (), config_name: st
         return _instantiation(error)
     if isinstance(error, MissingMandatoryValue):
         key = str(error.full_key)
+        if key.partition(".")[0] in ("objectives", "orient"):
+            own = "a criterion of your own needs a YAML of its own here, FOLDER/criterion/NAME.yaml"
+            return f"{key} is missing: {own}; give its NAME, and --config-dir=FOLDER"
         return f"{key} is missing: give {key}={_EXAMPLES.get(key, 'VALUE')}"
     if str(error).startswith("Config group override must be"):
         empty = [argument for argument in overrides if argument.endswith("=null")]

@@ -99,7 +99,7 @@ def launch(entry: Entry) -> int:
     except KeyboardInterrupt:
         print("acalx: interrupted", file=sys.stderr)
         return INTERRUPTED
-    except (HydraException, OmegaConfBaseException, ValueError, OSError, YAMLError) as error:
+    except (HydraException, OmegaConfBaseException, TypeError, ValueError, OSError, YAMLError) as error:
         if isinstance(error, OSError) and not isinstance(error, HydraException):
             _say(explain(error), error)  # there is no directory to record it in
             return FAILED
