@@ -7,7 +7,6 @@ spells as a user types them there and Python as arguments; nothing else makes se
 from __future__ import annotations
 
 from collections.abc import Callable
-from copy import copy
 from dataclasses import dataclass
 from typing import Any, Self, final
 
@@ -75,7 +74,8 @@ class AcalxError(Exception):
 
     def placed(self, place: Callable[[Option], Option]) -> Self:
         """The same error with the options that it speaks of where they are in a configuration."""
-        error = copy(self)
+        error = type(self).__new__(type(self), *self.args)  # whatever its constructor takes
+        error.__dict__.update(self.__dict__)
         error.data = {name: _placed(value, place) for name, value in self.data.items()}
         return error
 

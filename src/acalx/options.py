@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import math
-import sys
 from collections.abc import Mapping, Sequence
 from numbers import Integral, Real
-from typing import Any, TypeGuard, cast
+from typing import Any, TypeGuard
 
 import numpy as np
 
@@ -32,12 +31,14 @@ __all__ = [
 ]
 
 
-_LARGEST = sys.float_info.max
-
-
 def is_number(value: object) -> TypeGuard[float]:
     """Whether it is a finite number, Python's or numpy's; true and false are none."""
-    return isinstance(value, Real) and not isinstance(value, bool) and abs(cast(float, value)) <= _LARGEST
+    if not isinstance(value, Real) or isinstance(value, bool):
+        return False
+    try:
+        return math.isfinite(float(value))
+    except OverflowError:  # a whole number that no double holds
+        return False
 
 
 def is_whole(value: object) -> TypeGuard[int]:

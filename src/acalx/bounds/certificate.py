@@ -20,6 +20,8 @@ __all__ = ["Certificate", "certify"]
 _OPTIMAL = 1e-6
 # Bounds are rounded down by less: a loss so far below one shows that it is none.
 _REFUTED = 1e-7
+# The same of a program that is beyond its limits by a few digits.
+_BEYOND = 1e-3
 # A position within this of a limit, in rad, is on it: limits are printed with a few digits.
 _TOLERANCE = 1e-6
 
@@ -139,7 +141,8 @@ def certify(problem: Problem, program: Array) -> Certificate:
     loss = float(problem.objective.loss(program))
     try:
         found = bound(problem)
-        if loss < found.loss - _REFUTED * (1.0 + abs(loss)):
+        within = bool(problem.stand.axes.allows(program[problem.held :]).all())
+        if loss < found.loss - (_REFUTED if within else _BEYOND) * (1.0 + abs(loss)):
             return Certificate(loss, None, _refuted(problem, loss, found))
         return Certificate(loss, found)
     except (CompatibilityError, NoProgramError, np.linalg.LinAlgError) as error:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -70,7 +70,8 @@ def build(config: DictConfig, group: str, kind: type) -> Any:
         own = next((cause for cause in chain(error) if isinstance(cause, AcalxError)), None)
         if own is None:
             raise
-        raise own.placed(lambda option: _placed(option, group, config[group]) or option) from error
+        options = _plain(config[group])
+        raise own.placed(lambda option: _placed(option, group, options) or option) from error
     if not isinstance(part, kind):
         raise ArgumentError(
             f"{group}: {config[group].get('_target_')} is not a {kind.__name__}; "
@@ -85,21 +86,30 @@ def placed(error: AcalxError, config: DictConfig) -> AcalxError:
     Left as they are: options of the command line itself, those of no part, and those of several.
     """
 
+    options = _plain(config)
+    groups = [(str(name), part) for name, part in options.items() if isinstance(part, dict)]
+
     def place(option: Option) -> Option:
-        if option.key.partition(".")[0] in config:
+        if option.key.partition(".")[0] in options:
             return option
-        groups = [(str(name), part) for name, part in config.items() if isinstance(part, DictConfig)]
         found = [one for name, part in groups if (one := _placed(option, name, part)) is not None]
         return found[0] if len(found) == 1 else option
 
     return error.placed(place)
 
 
-def _placed(option: Option, path: str, options: DictConfig) -> Option | None:
+def _plain(config: DictConfig) -> dict[Any, Any]:
+    """As it was written: what is missing, or refers to something else, stays so."""
+    plain = OmegaConf.to_container(config, resolve=False)
+    assert isinstance(plain, dict)
+    return plain
+
+
+def _placed(option: Option, path: str, options: Mapping[Any, Any]) -> Option | None:
     """An option of a part, ``step_deg``, where the part has it, ``stand.step_deg``; None where it has none such."""
     if option.key.partition(".")[0] in options:
         return replace(option, key=f"{path}.{option.key}")
-    inner = ((f"{path}.{name!s}", part) for name, part in options.items() if isinstance(part, DictConfig))
+    inner = ((f"{path}.{name!s}", part) for name, part in options.items() if isinstance(part, dict))
     return next((found for name, part in inner if (found := _placed(option, name, part)) is not None), None)
 
 

@@ -52,6 +52,7 @@ def run(config: DictConfig, directory: RunDirectory) -> int:
     show_program(evaluation)
     record(evaluation, directory)
     parts: dict[str, float] = {}
+    record_result(evaluation, directory, time.perf_counter() - started)
     if config.certificate:
         begun = time.perf_counter()
         evaluation = evaluation.certified()

@@ -155,7 +155,8 @@ def _run_job(entry: Entry, config: DictConfig, path: Path, overrides: list[str])
         _refuse_unknown(config, entry.schema)
         return entry.task(config, directory)
     except KeyboardInterrupt as error:
-        when = "while writing" if (path / "program.csv").exists() else "before there was a program"
+        there = directory is not None and directory.recorded
+        when = "after its figures were recorded" if there else "before there were figures"
         return _failure(directory, "interrupted", f"interrupted {when}", error, INTERRUPTED)
     except AcalxError as error:
         return _failure(directory, "failed", explain(placed(error, config)), error, FAILED)
@@ -179,7 +180,7 @@ def _refuse_unknown(config: DictConfig, schema: type) -> None:
 
 def _failure(directory: RunDirectory | None, status: str, message: str, error: BaseException, code: int) -> int:
     _say(message, error)
-    if directory is not None and not (directory.recorded and status == "interrupted"):
+    if directory is not None:
         try:
             directory.write_failure(status, message)
         except OSError as other:  # the directory is gone, or the disk is full

@@ -16,6 +16,7 @@ from acalx.errors import ArgumentError, CompatibilityError, Option, PluginError
 from acalx.numerics.arrays import Array
 from acalx.optimizers import Optimizer
 from acalx.options import require_count, require_part, require_seed, require_switch
+from acalx.planning.contradictions import contradiction
 from acalx.planning.defaults import default_optimizer
 from acalx.planning.itinerary import Itinerary, check_order, itinerary
 from acalx.planning.metrics import best_published, figures_of_merit
@@ -28,10 +29,6 @@ from acalx.search.account import Watch
 from acalx.search.result import Found, Front, Result
 
 __all__ = ["Designed", "Request", "design"]
-
-
-# Losses of a program and of the same program in another order, or read from its file, differ by less: sums and digits.
-_SAME = 1e-6
 
 
 @final
@@ -144,18 +141,7 @@ class Designed:
         has another loss for a program than the search found. All that are as good, and all points
         of a front, are looked at, the program itself as it is given: (n, d) in rad.
         """
-        (_, first), *others = _told(self.result)
-        for program, losses in [(settings, first), *others]:
-            again = np.array([float(single.objective.loss(program)) for single in self.problem.singles])
-            apart = np.abs(np.nan_to_num(again - losses, nan=np.inf))
-            if not (apart <= _SAME * (1.0 + np.abs(losses))).all():
-                of_program, of_search = (", ".join(f"{loss:.9g}" for loss in each) for each in (again, losses))
-                return (
-                    f"a program has the loss {of_program}, but the search found {of_search}: does model "
-                    f"{type(self.problem.model).__name__} or stand {type(self.problem.stand).__name__} depend on the "
-                    "order of the positions, or on more than their settings, or is the optimizer wrong?"
-                )
-        return ""
+        return contradiction(self.problem, self.result, settings)
 
     def certified(self) -> Designed:
         """The same with a certificate.
@@ -246,7 +232,8 @@ def searched(problem: Problem, request: Request, watch: Watch | None = None) -> 
             "several objectives have no smallest number of positions for a target; give one criterion, or {n}",
             n=Option("n", "NUMBER", "a number"),
         )
-    check_order(request.order, free=(problem.n if request.target is None else request.n_most) - problem.held)
+    least = request.scheme.smallest_n(problem)
+    check_order(request.order, free=(problem.n if request.target is None else least) - problem.held)
     if request.orient is not None:
         check_orientation(problem, request.orient, np.random.default_rng(request.seed))
     started = time.perf_counter()
@@ -285,12 +272,3 @@ def _composed(problem: Problem, request: Request, watch: Watch | None) -> tuple[
 
     smallest = smallest_program(problem, request.target, scheme, solve, request.n_most)
     return smallest.composed, smallest
-
-
-def _told(result: Found) -> list[tuple[Array, Array]]:
-    """Programs with the losses that the search says they have, (k,) of k objectives; the one to take first."""
-    if isinstance(result, Front):
-        knee, points = result.points[result.knee], result.points
-        return [(point.settings, point.losses) for point in (knee, *points)]
-    assert isinstance(result, Result)  # a search has found programs or a front
-    return [(solution.settings, np.array([solution.loss])) for solution in result.solutions]

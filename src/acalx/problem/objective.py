@@ -20,6 +20,8 @@ __all__ = ["Linearization", "Objective", "Placement", "Response"]
 # Regressors of at most this many bytes are computed at a time: large enough that calls don't
 # count, small enough that the C library keeps the memory instead of asking for fresh pages at
 # each call, which would take as long as the arithmetic; and a bound on memory.
+# Entries that are so small beside the largest of their output are rounding.
+_ROUNDING = 1e-13
 _CHUNK_BYTES = 2**18
 
 
@@ -56,13 +58,15 @@ class Response:
         return self.model.regressors(self.place.stimulus(settings))
 
     def felt(self, settings: Array) -> Array:
-        """What positions (n, d) show of the parameters, (n, m p), to compare them by: about 1 whatever the noise.
+        """What positions (n, d) show of the parameters, (n, m p), to compare them by: about 1 whatever the units.
 
-        Rows are in units of the largest entry of their output among these positions, to a power of
-        two, which changes no digit.
+        Each entry of the rows is in units of the largest among these positions, to a power of two,
+        which changes no digit; what is rounding beside the others of its output stays small.
         """
         rows = self.regressors(settings)
-        largest = np.abs(rows).max(axis=(0, 2))[:, None]  # of each output: sensors differ in their noise
+        largest = np.abs(rows).max(axis=0)  # (m, p): noises of sensors differ, and units of parameters
+        least = _ROUNDING * largest.max(axis=1, keepdims=True)
+        largest = np.where(largest > least, largest, largest.max(axis=1, keepdims=True))
         units = 2.0 ** np.round(np.log2(np.where(largest > 0.0, largest, 1.0)))
         return np.asarray((rows / units).reshape(len(settings), -1))
 

@@ -39,6 +39,12 @@ def check_parts(stand: Stand, model: Model) -> None:
     rows = f"{type(model).__name__}.regressors"
     shape = (2, model.outputs, len(model.parameters))
     _require(rows, _asked(rows, lambda: model.regressors(stimulus)), shape)
+    if not stand.axes.zones:  # within them the stand may have good reasons
+        settings = stand.axes.random(np.random.default_rng(0), (2,))
+        stimulus = _asked(name, lambda: stand.stimulus(settings))
+        for quantity, values in stimulus.quantities():
+            _require_finite(f"{name}: {quantity}", values)
+        _require_finite(rows, _asked(rows, lambda: model.regressors(stimulus)))
 
 
 def _asked(name: str, call: Callable[[], _T]) -> _T:
@@ -55,8 +61,12 @@ def _asked(name: str, call: Callable[[], _T]) -> _T:
 
 
 def _require(name: str, values: Any, shape: tuple[int, ...]) -> None:
-    """Raise PluginError unless they are finite numbers of this shape."""
+    """Raise PluginError unless they are of this shape."""
     if np.shape(values) != shape:
         raise PluginError(f"{name} has shape {np.shape(values)}; expected {shape}")
+
+
+def _require_finite(name: str, values: Any) -> None:
+    """Raise PluginError unless they are finite."""
     if not np.isfinite(np.asarray(values, dtype=float)).all():
         raise PluginError(f"{name} is not finite")

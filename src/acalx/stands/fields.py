@@ -55,13 +55,17 @@ def check_fields(stand: Any) -> None:
     """
     for option in fields(stand):
         value = getattr(stand, option.name)
-        value = value.tolist() if isinstance(value, np.ndarray) else value
         if _CHECK in option.metadata:
-            value = option.metadata[_CHECK](option.name, value)
-        object.__setattr__(stand, option.name, kept(value))
+            value = value.tolist() if isinstance(value, np.ndarray) else value
+            value = kept(option.metadata[_CHECK](option.name, value))
+        elif option.name in _OF_ALL:
+            value = kept(value)
+        object.__setattr__(stand, option.name, tuple(value) if isinstance(value, list) else value)
 
 
 _CHECK = "check"
+# Options of every stand, and of those with axes.
+_OF_ALL = ("forbidden", "speed_deg_s", "step_deg")
 
 
 def _checked(default: object, check: Callable[[str, object], object]) -> Any:
