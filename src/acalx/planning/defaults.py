@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 from acalx import optimizers
@@ -19,8 +20,10 @@ def suited(*, several: bool, stepped: bool) -> str:
 
 
 def default_optimizer(problem: Problem) -> Optimizer[Any]:
-    """The optimizer that `suited` names for a problem, with its default options."""
-    names = {"scalarized": "Scalarized", "exchange": "Exchange", "de": "DifferentialEvolution"}
-    name = suited(several=len(problem.singles) > 1, stepped=problem.stand.axes.stepped)
-    kind: type[Optimizer[Any]] = getattr(optimizers, names[name])  # the others are not imported
-    return kind()
+    """The optimizer that `suited` names for a problem, with its default options; the others are not imported."""
+    made: dict[str, Callable[[], Optimizer[Any]]] = {
+        "scalarized": lambda: optimizers.Scalarized(),
+        "exchange": lambda: optimizers.Exchange(),
+        "de": lambda: optimizers.DifferentialEvolution(),
+    }
+    return made[suited(several=len(problem.singles) > 1, stepped=problem.stand.axes.stepped)]()

@@ -20,14 +20,14 @@ _MOST_SHOWN = 20
 _PALE, _COLORS = "#b8c4d6", ("#8d6b94", "#c8553d", "#2a6f97")
 
 
-def draw_validation(before: Array, after: Array, programs: Sequence[tuple[str, float, float]], directory: Path) -> None:
+def draw_validation(before: Array, after: Array, programs: Sequence[Compared], directory: Path) -> None:
     """Residuals of positions that a calibration has not seen, and programs by their efficiency.
 
     Parameters
     ----------
     before, after : array (t,), in g
         Residuals without the calibration and with it.
-    programs : sequence of (name, efficiency, rms in g)
+    programs : sequence of Compared
     directory : Path
     """
     figure, (left, right) = new_figure(11.0, max(4.2, 0.24 * len(programs) + 1.0), columns=2)
@@ -39,12 +39,12 @@ def draw_validation(before: Array, after: Array, programs: Sequence[tuple[str, f
     left.set_xlabel("residual of a position that was left out, mg")
     left.set_ylabel("share of the positions")
     left.legend(frameon=False)
-    shown = [row for row in programs if np.isfinite(row[2]) and row[1] > 0]
-    for k, (name, _, rms) in enumerate(shown):
-        kind = 0 if name.startswith("random") else 1 if name.startswith("best") else 2
-        right.plot(1e3 * rms, k, "so^"[kind], color=_COLORS[kind], markersize=6)
+    shown = [row for row in programs if np.isfinite(row.rms_g) and row.efficiency > 0]
+    for k, row in enumerate(shown):
+        kind = ("random", "best", "program").index(row.kind)
+        right.plot(1e3 * row.rms_g, k, "so^"[kind], color=_COLORS[kind], markersize=6)
     if shown:
-        right.set_yticks(range(len(shown)), [f"{name}  ({share:.2f})" for name, share, _ in shown], fontsize=8)
+        right.set_yticks(range(len(shown)), [f"{row.name}  ({row.efficiency:.2f})" for row in shown], fontsize=8)
         right.invert_yaxis()
         right.set_xlim(left=0.0)
         right.set_title("programs on the measured positions (D-efficiency)", fontsize=10)
@@ -60,8 +60,7 @@ def draw(validated: Validated, directory: Path) -> None:
     """The figure of all sensors together."""
     before = np.concatenate([sensor.left_out.before for sensor in validated.sensors])
     after = np.concatenate([sensor.left_out.after for sensor in validated.sensors])
-    programs = [(row.name, row.efficiency, row.rms_g) for row in validated.programs]
-    draw_validation(before, after, programs, directory)
+    draw_validation(before, after, validated.programs, directory)
 
 
 def show(validated: Validated) -> None:

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import final
+from dataclasses import dataclass, field, replace
+from typing import Literal, final
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from acalx.validation.subsets import best_positions, efficiency, nearest_positio
 
 __all__ = ["COMPARED", "Compared", "compare_programs", "median_of", "vertical_of"]
 
+Kind = Literal["program", "best", "random"]
 COMPARED = ("angle_deg", "efficiency", "r_squared", "rms_g")
 _LEAST_TESTED = 2
 
@@ -37,6 +38,8 @@ class Compared:
         D-efficiency of the measured positions that were taken, relative to even ones.
     r_squared, rms_g : float
         On the positions that were not taken; -inf and inf where these can't show all the parameters.
+    kind : str
+        ``program``, ``best`` (by the criterion) or ``random`` (the median of such choices).
     """
 
     name: str
@@ -45,6 +48,7 @@ class Compared:
     efficiency: float
     r_squared: float
     rms_g: float
+    kind: Kind = field(default="program", kw_only=True)
 
 
 def compare_programs(
@@ -90,16 +94,17 @@ def compare_programs(
                 chosen, angles = nearest_positions(directions, program, random_turns(turns, rng))
                 rows.append(_on_the_rest(name, chosen, float(np.degrees(angles.mean())), calibration, estimator))
         best = best_positions(directions, n, model, criterion, rng)
-        rows.append(_on_the_rest(f"best {n} measured", best, np.nan, calibration, estimator))
+        rows.append(replace(_on_the_rest(f"best {n} measured", best, np.nan, calibration, estimator), kind="best"))
         others = random_positions(total, n, random, rng)
-        rows.append(_on_the_rest(f"random {n}, median", others, np.nan, calibration, estimator))
+        row = _on_the_rest(f"random {n}, median", others, np.nan, calibration, estimator)
+        rows.append(replace(row, kind="random"))
     return rows
 
 
 def median_of(rows: Sequence[Compared]) -> Compared:
     """Medians of the figures of the same choice on several sensors."""
     medians = (float(np.median([getattr(row, key) for row in rows])) for key in COMPARED)
-    return Compared(rows[0].name, rows[0].n, *medians)
+    return Compared(rows[0].name, rows[0].n, *medians, kind=rows[0].kind)
 
 
 def vertical_of(calibration: Calibration) -> Array:
