@@ -6,9 +6,10 @@ spells as a user types them there and Python as arguments; nothing else makes se
 
 from __future__ import annotations
 
+import traceback
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Self, final
+from typing import Any, Self, TypeVar, final
 
 __all__ = [
     "AcalxError",
@@ -20,7 +21,10 @@ __all__ = [
     "PluginError",
     "ProgramError",
     "SingularError",
+    "asked",
 ]
+
+_Answer = TypeVar("_Answer")
 
 
 @final
@@ -136,6 +140,28 @@ class SingularError(DataError):
 
 class PluginError(AcalxError):
     """A part written by somebody else that broke the contract of its interface."""
+
+
+def asked(name: str, method: Callable[..., _Answer], *arguments: object) -> _Answer:
+    """What a part that somebody else may have written answers; PluginError, with the place, where it raises.
+
+    Parameters
+    ----------
+    name : str
+        Of the method, with that of its class.
+    method : callable
+    *arguments
+        That it is called with.
+    """
+    try:
+        return method(*arguments)
+    except AcalxError:
+        raise
+    except Exception as error:
+        frame = traceback.extract_tb(error.__traceback__)[-1]
+        raise PluginError(
+            f"{name} raised {type(error).__name__}: {error} ({frame.filename}, line {frame.lineno})"
+        ) from error
 
 
 def _said(value: object, spell: Callable[[Option], str]) -> object:

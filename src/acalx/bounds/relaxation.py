@@ -19,7 +19,7 @@ from acalx.errors import CompatibilityError
 from acalx.numerics.arrays import Array
 from acalx.numerics.bfgs import minimize_stack
 from acalx.numerics.compass import creep
-from acalx.problem import Problem
+from acalx.problem import Problem, comparable
 from acalx.quantities.information import Information
 from acalx.stands import Stand
 from acalx.weights import Rows, Weights, optimal_weights
@@ -200,7 +200,7 @@ def _peaks(problem: Problem, support: Array, grid: Array, points: Array) -> tupl
 
 def _merged(problem: Problem, points: Array) -> Array:
     """Points (k, d) that the sensor feels alike taken together, the first of each."""
-    rows = problem.response.felt(points)
+    rows = comparable(problem.response.regressors(points))
     kept: list[int] = []
     for i in range(len(points)):
         if not kept or np.abs(rows[kept] - rows[i]).max(axis=1).min() >= _SAME:

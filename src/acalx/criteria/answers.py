@@ -5,13 +5,12 @@ Singular information is not shown to criteria: its loss is +inf, its gradient ze
 
 from __future__ import annotations
 
-import traceback
 from collections.abc import Callable
 
 import numpy as np
 
 from acalx.criteria.base import Criterion
-from acalx.errors import AcalxError, PluginError
+from acalx.errors import PluginError, asked
 from acalx.numerics.arrays import Array
 from acalx.quantities.information import Information
 
@@ -66,15 +65,7 @@ def _answer(
     shape: tuple[int, ...],
 ) -> Array:
     """What a method says of regular information, if it is numbers of this shape."""
-    try:
-        given = method(information)
-    except AcalxError:
-        raise
-    except Exception as error:
-        frame = traceback.extract_tb(error.__traceback__)[-1]
-        raise PluginError(
-            f"{name} raised {type(error).__name__}: {error} ({frame.filename}, line {frame.lineno})"
-        ) from error
+    given = asked(name, method, information)
     try:
         values = np.asarray(given, dtype=float)
     except (TypeError, ValueError) as error:

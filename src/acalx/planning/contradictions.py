@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from acalx.numerics.arrays import Array
@@ -28,11 +30,10 @@ def contradiction(problem: Problem, result: Found, settings: Array) -> str:
         The one to take, as it is given: in another order, or read from a file.
     """
     (_, first), *others = _told(result)
-    for program, losses in [(settings, first), *others]:
-        again = np.array([float(single.objective.loss(program)) for single in problem.singles])
-        apart = np.abs(np.nan_to_num(again - losses, nan=np.inf))
-        rounding = _ROUNDING * np.finfo(float).eps * _condition(problem, program)
-        if not (apart <= _SAME * (1.0 + np.abs(losses)) + rounding).all():
+    told = [(settings, first), *others]
+    for (program, losses), again in zip(told, _again(problem, [program for program, _ in told]), strict=True):
+        excess = np.nan_to_num(np.abs(again - losses) - _SAME * (1.0 + np.abs(losses)), nan=np.inf).max()
+        if excess > 0.0 and excess > _ROUNDING * np.finfo(float).eps * _condition(problem, program):
             of_program, of_search = (", ".join(f"{loss:.9g}" for loss in each) for each in (again, losses))
             return (
                 f"a program has the loss {of_program}, but the search found {of_search}: does model "
@@ -49,6 +50,14 @@ def _told(result: Found) -> list[tuple[Array, Array]]:
         return [(point.settings, point.losses) for point in (knee, *points)]
     assert isinstance(result, Result)  # a search has found programs or a front
     return [(solution.settings, np.array([solution.loss])) for solution in result.solutions]
+
+
+def _again(problem: Problem, programs: Sequence[Array]) -> Array:
+    """Losses of programs (s, k) by each of k objectives, in one call where they have as many positions."""
+    alike = len({len(program) for program in programs}) == 1
+    stacks = [np.stack(programs)] if alike else [program[None] for program in programs]
+    each = [np.stack([single.objective.loss(stack) for single in problem.singles], axis=-1) for stack in stacks]
+    return np.concatenate(each)
 
 
 def _condition(problem: Problem, program: Array) -> float:

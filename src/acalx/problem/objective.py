@@ -57,19 +57,6 @@ class Response:
         """Rows (..., n, m, p) of positions (..., n, d)."""
         return self.model.regressors(self.place.stimulus(settings))
 
-    def felt(self, settings: Array) -> Array:
-        """What positions (n, d) show of the parameters, (n, m p), to compare them by: about 1 whatever the units.
-
-        Each entry of the rows is in units of the largest among these positions, to a power of two,
-        which changes no digit; what is rounding beside the others of its output stays small.
-        """
-        rows = self.regressors(settings)
-        largest = np.abs(rows).max(axis=0)  # (m, p): noises of sensors differ, and units of parameters
-        least = _ROUNDING * largest.max(axis=1, keepdims=True)
-        largest = np.where(largest > least, largest, largest.max(axis=1, keepdims=True))
-        units = 2.0 ** np.round(np.log2(np.where(largest > 0.0, largest, 1.0)))
-        return np.asarray((rows / units).reshape(len(settings), -1))
-
     def at(self, settings: Array) -> Linearization:
         """Programs (..., n, d), kept with what the chain rule needs."""
         stimulus = self.place.stimulus(settings)
@@ -141,3 +128,16 @@ class Objective:
         """Loss (...) and its gradient (..., n, d) with respect to the settings in rad."""
         at = self.response.at(settings)
         return loss_of(self.criterion, at.information), at.pull(gradient_of(self.criterion, at.information))
+
+
+def comparable(rows: Array) -> Array:
+    """Rows of positions (n, m, p) as (n, m p), about 1 whatever the units: to compare what the sensor feels.
+
+    Each entry is in units of the largest among these positions, to a power of two, which changes
+    no digit; what is rounding beside the others of its output stays small.
+    """
+    largest = np.abs(rows).max(axis=0)  # (m, p): noises of sensors differ, and units of parameters
+    of_output = largest.max(axis=1, keepdims=True)
+    largest = np.where(largest > _ROUNDING * of_output, largest, of_output)
+    units = 2.0 ** np.round(np.log2(np.where(largest > 0.0, largest, 1.0)))
+    return np.asarray((rows / units).reshape(len(rows), -1))

@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
-import traceback
-from collections.abc import Callable
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 
-from acalx.errors import AcalxError, PluginError
+from acalx.errors import PluginError, asked
 from acalx.models import Model
 from acalx.quantities.stimulus import Stimulus
 from acalx.stands import Stand
 
 __all__ = ["check_parts"]
-
-_T = TypeVar("_T")
 
 
 def check_parts(stand: Stand, model: Model) -> None:
@@ -30,7 +26,7 @@ def check_parts(stand: Stand, model: Model) -> None:
     """
     settings = stand.axes.bounds.T
     name = f"{type(stand).__name__}.stimulus"
-    stimulus = _asked(name, lambda: stand.stimulus(settings))
+    stimulus = asked(name, stand.stimulus, settings)
     if not isinstance(stimulus, Stimulus):
         raise PluginError(f"{name} gave {type(stimulus).__name__}; expected a Stimulus")
     model.check(stimulus, stand)
@@ -38,26 +34,13 @@ def check_parts(stand: Stand, model: Model) -> None:
         _require(f"{name}: {quantity}", values, (2, 3))
     rows = f"{type(model).__name__}.regressors"
     shape = (2, model.outputs, len(model.parameters))
-    _require(rows, _asked(rows, lambda: model.regressors(stimulus)), shape)
+    _require(rows, asked(rows, model.regressors, stimulus), shape)
     if not stand.axes.zones:  # within them the stand may have good reasons
         settings = stand.axes.random(np.random.default_rng(0), (2,))
-        stimulus = _asked(name, lambda: stand.stimulus(settings))
+        stimulus = asked(name, stand.stimulus, settings)
         for quantity, values in stimulus.quantities():
             _require_finite(f"{name}: {quantity}", values)
-        _require_finite(rows, _asked(rows, lambda: model.regressors(stimulus)))
-
-
-def _asked(name: str, call: Callable[[], _T]) -> _T:
-    """What a part answers; PluginError, with the place, where it raises."""
-    try:
-        return call()
-    except AcalxError:
-        raise
-    except Exception as error:
-        frame = traceback.extract_tb(error.__traceback__)[-1]
-        raise PluginError(
-            f"{name} raised {type(error).__name__}: {error} ({frame.filename}, line {frame.lineno})"
-        ) from error
+        _require_finite(rows, asked(rows, model.regressors, stimulus))
 
 
 def _require(name: str, values: Any, shape: tuple[int, ...]) -> None:

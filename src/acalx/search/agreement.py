@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from acalx.numerics.arrays import Array
-from acalx.problem import Problem
+from acalx.problem import Problem, comparable
 from acalx.search.result import Solution
 
 __all__ = ["Verdict", "distinct_solutions", "fewest_starts", "judge"]
@@ -82,7 +82,8 @@ def distinct_solutions(
     ranked = sorted(zip(losses, settings, strict=True), key=lambda pair: pair[0])
     good = [(loss, program) for loss, program in ranked if loss <= ranked[0][0] + tolerance]
     ends = np.cumsum([len(program) for _, program in good])
-    together = np.split(problem.response.felt(np.concatenate([program for _, program in good])), ends[:-1])
+    rows = problem.response.regressors(np.concatenate([program for _, program in good]))
+    together = np.split(comparable(rows), ends[:-1])
     kept: list[Solution] = []
     felt: list[Array] = []
     for (loss, program), rows in zip(good, together, strict=True):

@@ -11,7 +11,7 @@ import numpy as np
 from acalx.criteria.answers import loss_of
 from acalx.errors import CompatibilityError
 from acalx.numerics.arrays import Array
-from acalx.problem import Problem, Response
+from acalx.problem import Problem, Response, comparable
 from acalx.quantities.exchanged import Exchanged
 from acalx.quantities.information import Information
 from acalx.search.account import Account
@@ -51,10 +51,11 @@ class Candidates:
     @classmethod
     def of(cls, response: Response, settings: Array) -> Candidates:
         """Those settings (k, d), each information once: a table reaches most directions by two pairs of angles."""
-        rows = np.round(response.felt(settings), _DIGITS) + 0.0
+        regressors = response.regressors(settings)
+        rows = np.round(comparable(regressors), _DIGITS) + 0.0
         _, first = np.unique(rows, axis=0, return_index=True)
         first.sort()
-        return cls(settings[first], response.regressors(settings)[first])
+        return cls(settings[first], regressors[first])
 
     def choices(self, settings: Array) -> tuple[Array, Array]:
         """The same for all positions."""

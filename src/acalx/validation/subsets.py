@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from acalx.criteria import Criterion
+from acalx.criteria.answers import loss_of
 from acalx.models import ScalarAccel
 from acalx.numerics.arrays import Array
 from acalx.programs import find_program
@@ -108,9 +109,4 @@ def efficiency(directions: Array, model: ScalarAccel) -> Array:
 
 def _losses(matrices: Array, model: ScalarAccel, criterion: Criterion) -> Array:
     """Loss of each matrix, +inf where singular."""
-    information = Information(matrices, model.parameters)
-    losses = np.full(len(matrices), np.inf)
-    regular = ~information.singular
-    if regular.any():
-        losses[regular] = criterion.loss(information.select(regular))
-    return losses
+    return loss_of(criterion, Information(matrices, model.parameters))
