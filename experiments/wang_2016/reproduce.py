@@ -10,6 +10,9 @@ from pathlib import Path
 from string import Template
 
 import numpy as np
+from choices import MOST
+from drawings import draw_relative_errors
+from landscapes import figures_2_and_3, inferred
 
 from acalx.bounds import bound
 from acalx.criteria import Criterion, D, Target
@@ -21,7 +24,6 @@ from acalx.programs import find_program
 from acalx.programs.sequences import regular_sequences
 from acalx.quantities.information import Information
 from acalx.recording import RunDirectory
-from acalx.reporting.figures import PALE, SERIES, draw_landscape, new_figure, save
 from acalx.reporting.tables import markdown, program_table
 from acalx.schemes import Composed, Joint, Parallel, Scheme, Serial
 from acalx.simulation import Campaign, ErrorSources, default_estimator, run_campaign
@@ -33,7 +35,7 @@ STAND = PlatformGimbals()
 UNIT, SENSOR = Platform(), Platform(gyro_noise_deg_h=0.001, accel_noise_g=1e-6 / 9.80665)
 GYROS, ACCELS = Platform(sensors=["gyros"]), Platform(sensors=["accels"])
 GROUPS = ("gyro_bias", "gyro_first_order", "gyro_second_order", "gyro_misalignment")
-SEED, RUNS, MOST = 0, 4000, 16
+SEED, RUNS = 0, 4000
 INSTALLATION = (10.0, 1.0)  # of the gimbal axes, arc seconds: mean and standard deviation; known
 ARC_SECOND = np.radians(1.0 / 3600.0)
 EARTH_RATE_DEG_H = 15.041
@@ -139,46 +141,6 @@ def simulated(errors: Mapping[str, Array]) -> str:
     return markdown(rows)
 
 
-def draw_figure_4(errors: Mapping[str, Array], directory: Path) -> None:
-    """Relative error of each coefficient, as in the paper's Figure 4."""
-    shown = ("parallel, 13 in all", "serial, 13 in all", "joint, free, 13", "16 positions, in turn")
-    figure, (axes,) = new_figure(9.6, 4.4)
-    numbers = np.arange(1, len(SENSOR.parameters) + 1)
-    for name, marker, color in zip(shown, "s^oD", SERIES, strict=True):
-        axes.semilogy(numbers, 100.0 * errors[name], marker, color=color, markersize=5, label=name)
-    parameters = SENSOR.parameters
-    first = [k for k in range(len(parameters)) if k == 0 or parameters[k].name[:7] != parameters[k - 1].name[:7]]
-    for k in first[1:]:
-        axes.axvline(k + 0.5, color=PALE, linewidth=0.6)
-    for k in first:
-        axes.annotate(
-            parameters[k].name[:7].replace("_", " ").strip(), (k + 0.7, 1.015), xycoords=("data", "axes fraction")
-        )
-    misaligned = [k + 1 for k, parameter in enumerate(parameters) if parameter.group == "gyro_misalignment"]
-    for k in misaligned:
-        axes.axvspan(k - 0.5, k + 0.5, color=PALE, alpha=0.35, linewidth=0)
-    axes.set_xlim(0.0, 37.0)
-    axes.set_xlabel("coefficient, in the order of the model; shaded: misalignments of the gyros")
-    axes.set_ylabel("relative error, %")
-    axes.grid(visible=True, axis="y", color=PALE, linewidth=0.4)
-    figure.legend(frameon=False, ncols=4, loc="outside lower center")
-    save(figure, directory, "figure_4")
-
-
-def figures_2_and_3(directory: Path) -> dict[str, str]:
-    """The landscapes of the traversal, of the gyros and of the accelerometers."""
-    parts = {}
-    for number, (name, model) in enumerate((("gyros", GYROS), ("accels", ACCELS)), 2):
-        result = Traversal().solve(Problem(STAND, model, D(), MOST), np.random.default_rng(SEED))
-        survey = result.survey
-        assert survey is not None  # a traversal always gives it
-        draw_landscape(survey.numbers, survey.losses, directory, f"figure_{number}")
-        best = survey.losses.min(axis=0)
-        rows = [["N", *(str(n) for n in survey.numbers)], ["log det", *(f"{-loss:.2f}" for loss in best)]]
-        parts |= {f"traversal_{name}": result.message, f"landscape_{name}": markdown(rows).replace("-inf", "singular")}
-    return parts
-
-
 def regular(rule: str) -> Information:
     """Information of the gyros of all 16-position sequences of full rank, in unit inputs."""
     sequences = np.array(list(itertools.product(range(0, 180, 5), (45, 90), (45, 90))), dtype=float)
@@ -253,10 +215,11 @@ def reproduce(directory: Path) -> None:
     """Write the page, the figures and the programs."""
     directory.mkdir(parents=True, exist_ok=True)
     errors = {name: relative_errors(settings) for name, settings in programs().items()}
-    draw_figure_4(errors, directory)
+    shown = ("parallel, 13 in all", "serial, 13 in all", "joint, free, 13", "16 positions, in turn")
+    draw_relative_errors({name: errors[name] for name in shown}, SENSOR.parameters, directory)
     of = {name: 100 * np.mean([each[k] for k in misalignments()]) for name, each in errors.items()}
     weakest = {name: SENSOR.parameters[int(each.argmax())].group for name, each in errors.items()}
-    parts = comparison() | figures_2_and_3(directory) | groups_of_gyros()
+    parts = comparison() | figures_2_and_3(directory) | inferred() | groups_of_gyros()
     parts |= {
         "standard_errors": standard_errors(),
         "simulated": simulated(errors),
