@@ -3,10 +3,7 @@
 from __future__ import annotations
 
 import csv
-import importlib
 import re
-import sys
-from collections.abc import Iterator
 from decimal import Decimal
 from pathlib import Path
 from types import ModuleType
@@ -21,6 +18,7 @@ from acalx.programs import read_program
 from acalx.programs.sequences import regular_sequences
 from acalx.stands import PlatformGimbals
 from command import Outcome, execute
+from studies import modules_of
 
 STUDY = Path(__file__).parents[1] / "experiments" / "wang_2016"
 SOURCES = {
@@ -88,15 +86,18 @@ def test_what_the_page_says(reproduced: Outcome) -> None:
 
 
 @pytest.fixture(scope="module")
-def inferred() -> Iterator[ModuleType]:
-    sys.path.insert(0, str(STUDY))
-    yield importlib.import_module("inferred")
-    sys.path.remove(str(STUDY))
+def modules() -> tuple[ModuleType, ...]:
+    return modules_of(STUDY, ("inferred", "choices"))
 
 
 @pytest.fixture(scope="module")
-def choices(inferred: ModuleType) -> ModuleType:
-    return importlib.import_module("choices")
+def inferred(modules: tuple[ModuleType, ...]) -> ModuleType:
+    return modules[0]
+
+
+@pytest.fixture(scope="module")
+def choices(modules: tuple[ModuleType, ...]) -> ModuleType:
+    return modules[1]
 
 
 def rows(name: str) -> list[dict[str, str]]:

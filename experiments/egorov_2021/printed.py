@@ -18,6 +18,12 @@ PRINTED = {
     "rotations_18": ("[6]: rotations in steps of 60 deg", ["1.3e-4", "0.41", "0.48", "1.15", "0", "0", "0"]),
 }
 
+# Where each stands: by table, the numbers in front of the programs there; Table 5 has the fair one alone.
+TABLES = {
+    "Table 3": {"1": "egorov_2021_table_1", "3": "axes_and_vertices_9", "4": "axes_and_edges_9"},
+    "Table 4": {"1": "egorov_2021_table_2", "2": "faces_and_edges_18", "3": "rotations_18"},
+}
+
 
 def agrees(printed: str, computed: float) -> bool:
     """Whether the computed figure, rounded to as many digits, is the printed one."""

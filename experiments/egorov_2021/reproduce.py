@@ -1,4 +1,4 @@
-"""Reproduces Tables 1 to 7 and Figures 2 and 3 of Egorov, Kiryachenko, Popov (2021) and writes the page of results."""
+"""Reproduces Tables 1 to 7 and Figures 1 to 3 of Egorov, Kiryachenko, Popov (2021) and writes the page of results."""
 
 from __future__ import annotations
 
@@ -10,7 +10,9 @@ from string import Template
 from typing import Any
 
 import numpy as np
-from printed import GROUPS, KEYS, PRINTED, TABLE_5, agrees, smaller
+from drawings import MARKS, draw_figure_2, draw_figure_3, sorted_columns
+from kinematics import draw_figure_1
+from printed import GROUPS, KEYS, PRINTED, TABLE_5, TABLES, agrees, smaller
 from simulations import tables_6_and_7
 
 from acalx.criteria import Criterion, D, Inequality, Product
@@ -21,7 +23,7 @@ from acalx.planning.metrics import figures_of_merit
 from acalx.problem import Problem
 from acalx.programs import find_program, read_program
 from acalx.recording import RunDirectory
-from acalx.reporting.figures import draw_entries, draw_positions, new_figure, save
+from acalx.reporting.figures import draw_positions
 from acalx.reporting.tables import figures_table, markdown, program_table
 from acalx.stands import TwoAxis
 
@@ -31,11 +33,18 @@ FAIR = Product([D(), *(Inequality(group) for group in GROUPS)], [1.0, 0.1, 0.1, 
 OPTIMIZERS: dict[str, Optimizer] = {"de": DifferentialEvolution(), "gradient": Gradient()}
 
 # Figure 2.
-CLASSES = {
-    "rotations about 3 axes": ("rotations_18", "rotations_24", "rotations_36"),
-    "symmetric, non-repeating": ("axes_and_vertices_9", "axes_and_edges_9", "faces_and_edges_18"),
-    "icosahedron, dodecahedron": ("icosahedron_12", "dodecahedron_20"),
-}
+CLASSES = dict(
+    zip(
+        MARKS,
+        (
+            ("rotations_18", "rotations_24", "rotations_36"),
+            ("axes_and_vertices_9", "axes_and_edges_9", "faces_and_edges_18"),
+            ("icosahedron_12", "dodecahedron_20"),
+            ("egorov_2021_table_1", "egorov_2021_table_2"),
+        ),
+        strict=True,
+    )
+)
 NUMBERS = range(9, 37)
 
 
@@ -88,17 +97,17 @@ def beside(printed: list[str], columns: Mapping[str, Mapping[str, Any]], turned:
     return markdown(table)
 
 
-def comparison(part: slice, form: str, fair: Mapping[str, Any]) -> str:
-    """Some of the printed figures of all programs beside the computed ones."""
-    rows = [["program", "positions", "printed", "computed", "agree"]]
-    for name, (title, printed) in PRINTED.items():
-        settings = angles(name)
-        computed = values(metrics(settings))
-        same = all(map(agrees, printed[part], computed[part]))
-        cells = " ".join(format(value + 0.0, form) for value in computed[part])
-        rows.append([title, str(len(settings)), " ".join(printed[part]), cells, "yes" if same else "**no**"])
-    cells = " ".join(("" if form == "#.6g" else "~") + format(value + 0.0, form) for value in values(fair)[part])
-    rows.insert(2, ["Table 5, fair compromise", "9", " ".join(TABLE_5[part]), cells, "acalx's own program"])
+def comparison(table: str) -> str:
+    """The programs of Table 3 or 4 by their numbers there, their printed figures above the computed ones."""
+    rows = [["no.", "program", "", *KEYS, "agree"]]
+    for number, name in TABLES[table].items():
+        title, printed = PRINTED[name]
+        computed = values(metrics(angles(name)))
+        same = all(map(agrees, printed, computed))
+        rows.append([number, title, "printed", *printed, ""])
+        forms = ["#.6g", *[".4f"] * len(GROUPS), *[".3f"] * len(GROUPS)]
+        cells = [format(value + 0.0, form) for value, form in zip(computed, forms, strict=True)]
+        rows.append(["", "", "computed", *cells, "yes" if same else "**no**"])
     return markdown(rows)
 
 
@@ -133,36 +142,10 @@ def classes(optimized: Mapping[int, float]) -> str:
     rows = [["program", "positions", "D", "lower bound", "D / bound"]]
     listed = [(find_program(name).title.split(";")[0], angles(name)) for names in CLASSES.values() for name in names]
     points = [(title, len(settings), metrics(settings)["D"]) for title, settings in listed]
-    points += [("optimized for D", n, optimized[n]) for n in NUMBERS]
+    points += [("optimized by acalx", n, optimized[n]) for n in NUMBERS]
     for title, n, d in points:
         rows.append([title, str(n), f"{d:#.6g}", f"{bound(n):#.6g}", f"{times_bound(d, n):.4f}"])
     return markdown(rows)
-
-
-def draw_figure_2(optimized: Mapping[int, float], directory: Path) -> None:
-    """D of classes of programs against n, as it is and as a multiple of the lower bound."""
-    figure, (left, right) = new_figure(9.6, 4.4, columns=2)
-    for axes, scale in ((left, lambda d, n: d), (right, times_bound)):
-        axes.plot(NUMBERS, [scale(bound(k), k) for k in NUMBERS], color="0.45", linewidth=1.0, label="lower bound")
-        axes.plot(NUMBERS, [scale(optimized[k], k) for k in NUMBERS], "o", markersize=3.5, label="optimized by acalx")
-        for (label, names), marker in zip(CLASSES.items(), "s^D", strict=True):
-            programs = [angles(name) for name in names]
-            points = [scale(metrics(program)["D"], len(program)) for program in programs]
-            axes.plot(
-                [len(program) for program in programs], points, marker, fillstyle="none", markersize=8, label=label
-            )
-        printed = [scale(metrics(angles(f"egorov_2021_table_{k}"))["D"], 9 * k) for k in (1, 2)]
-        axes.plot([9, 18], printed, "kx", markersize=7, label="Tables 1 and 2, as printed")
-        axes.set_yscale("log")
-        axes.set_xlabel("positions n")
-        axes.set_xticks(range(9, 37, 3))
-        axes.grid(visible=True, color="0.85", linewidth=0.4)
-    left.set_ylabel("D")
-    left.legend(frameon=False, fontsize=9)
-    right.set_ylabel("D / lower bound")
-    right.set_yticks([1, 2, 5, 10, 20], ["1", "2", "5", "10", "20"])
-    right.minorticks_off()
-    save(figure, directory, "figure_2")
 
 
 def block(settings: Array) -> str:
@@ -186,16 +169,15 @@ def tables_3_to_5(directory: Path) -> dict[str, str]:
     """The comparison, and acalx's fair program with its files."""
     designed = {f"acalx, {optimizer}": design(FAIR, optimizer, 9) for optimizer in OPTIMIZERS}
     fair = {name: metrics(settings) for name, settings in designed.items()}
-    settings, figures = designed["acalx, de"], fair["acalx, de"]
+    settings = designed["acalx, de"]
     RunDirectory(directory / "fair_9", []).write_program(STAND, settings)
     force = STAND.stimulus(settings).specific_force
     assert force is not None  # a two-axis table always gives it
     draw_positions(force, directory / "fair_9", "9 positions, equally accurate within each group")
     return {
         "agreement": agreement(),
-        "comparison_d": comparison(slice(0, 1), "#.6g", figures),
-        "comparison_theta": comparison(slice(1, 4), ".4f", figures),
-        "comparison_inequality": comparison(slice(4, 7), ".3f", figures),
+        "table_3": comparison("Table 3"),
+        "table_4": comparison("Table 4"),
         "table_5": beside(TABLE_5, fair, turned=tuple(fair)),
         "angles_5": block(settings),
         "verdict": verdict(fair),
@@ -205,7 +187,9 @@ def tables_3_to_5(directory: Path) -> dict[str, str]:
 def figure_2(directory: Path) -> dict[str, str]:
     """D against the number of positions."""
     optimized = {n: float(metrics(design(D(), "gradient", n))["D"]) for n in NUMBERS}
-    draw_figure_2(optimized, directory)
+    programs = {label: [angles(name) for name in names] for label, names in CLASSES.items()}
+    points = {label: [(len(each), metrics(each)["D"]) for each in some] for label, some in programs.items()}
+    draw_figure_2(points, optimized, bound, directory)
     ratios = {n: times_bound(d, n) for n, d in optimized.items()}
     return {
         "d_1": f"{constant_of_the_bound()} = {float(constant_of_the_bound()):.2f}",
@@ -215,21 +199,37 @@ def figure_2(directory: Path) -> dict[str, str]:
 
 
 def figure_3(directory: Path) -> dict[str, str]:
-    """The sorted entries of H of programs of 18 positions."""
+    """The sorted entries of H, column by column: how far the columns of a group are apart, and what comes of it."""
+    optimized, symmetric = angles("egorov_2021_table_2"), angles("faces_and_edges_18")
+    regressors = {"(a) optimized": regressors_of(optimized), "(b) symmetric": regressors_of(symmetric)}
+    draw_figure_3(regressors, directory)
     programs = {
-        "Table 2, optimized for D": angles("egorov_2021_table_2"),
+        "(a) Table 2, optimized for D": optimized,
+        "(b) 6 faces, 12 edge midpoints": symmetric,
         "acalx, optimized for D": design(D(), "gradient", 18),
-        "6 faces and 12 edge midpoints": angles("faces_and_edges_18"),
+        "Table 1, optimized for D": angles("egorov_2021_table_1"),
+        "acalx, fair": read_program(directory / "fair_9" / "program.csv").settings_for(STAND),
     }
-    entries = {label: MODEL.regressors(STAND.stimulus(settings)) for label, settings in programs.items()}
-    draw_entries(entries, directory, "figure_3")
-    zeros = {label: int((np.abs(rows) < 1e-12).sum()) for label, rows in entries.items()}
-    return {"zeros": ", ".join(f"{count} ({label})" for label, count in zeros.items())}
+    rows = [["program", "positions", *(f"apart, {group}" for group in GROUPS), *KEYS[-len(GROUPS) :]]]
+    for title, settings in programs.items():
+        apart = [float(np.ptp(columns, axis=1).max()) for columns in sorted_columns(regressors_of(settings)).values()]
+        inequalities = values(metrics(settings))[-len(GROUPS) :]
+        mark = "~" if title.startswith("acalx") else ""
+        cells = [*(f"{mark}{value:.3f}" for value in apart), *(f"{mark}{value + 0.0:.3f} %" for value in inequalities)]
+        rows.append([title, str(len(settings)), *cells])
+    zeros = {label: int((np.abs(rows) < 1e-12).sum()) for label, rows in regressors.items()}
+    return {"columns": markdown(rows), "zeros": ", ".join(f"{count} in {label}" for label, count in zeros.items())}
+
+
+def regressors_of(settings: Array) -> Array:
+    """The regressor matrix H (n, 9) of a program."""
+    return MODEL.regressors(STAND.stimulus(settings))[:, 0, :]
 
 
 def reproduce(directory: Path) -> None:
     """Write the page, the figures and the fair program."""
     directory.mkdir(parents=True, exist_ok=True)
+    draw_figure_1(directory)
     parts = tables_1_and_2() | tables_3_to_5(directory) | figure_2(directory) | figure_3(directory)
     parts |= tables_6_and_7(read_program(directory / "fair_9" / "program.csv").settings_for(STAND))
     page = Template((HERE / "page.md").read_text(encoding="utf-8")).substitute(parts)
