@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 from drawings import MARKS, draw_figure_2, draw_figure_3, sorted_columns
-from kinematics import draw_figure_1
+from kinematics import ALPHA_1, ALPHA_2, draw_figure_1
 from printed import GROUPS, KEYS, PRINTED, TABLE_5, TABLES, agrees, smaller
 from simulations import tables_6_and_7
 
@@ -230,7 +230,13 @@ def reproduce(directory: Path) -> None:
     """Write the page, the figures and the fair program."""
     directory.mkdir(parents=True, exist_ok=True)
     draw_figure_1(directory)
-    parts = tables_1_and_2() | tables_3_to_5(directory) | figure_2(directory) | figure_3(directory)
+    parts = (
+        {"drawn": f"{np.degrees(ALPHA_1):.0f} and {np.degrees(ALPHA_2):.0f}"}
+        | tables_1_and_2()
+        | tables_3_to_5(directory)
+        | figure_2(directory)
+        | figure_3(directory)
+    )
     parts |= tables_6_and_7(read_program(directory / "fair_9" / "program.csv").settings_for(STAND))
     page = Template((HERE / "page.md").read_text(encoding="utf-8")).substitute(parts)
     (directory / "README.md").write_text(page, encoding="utf-8")
