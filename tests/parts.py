@@ -11,10 +11,11 @@ from omegaconf import OmegaConf
 
 from acalx.criteria import A, Criterion, D, E, Inequality, Product, Target
 from acalx.errors import CompatibilityError
-from acalx.models import Model, Platform, PlatformAccel, PlatformGyro, ScalarAccel
+from acalx.models import Model, Platform, ScalarAccel, as_model
 from acalx.numerics.arrays import Array
 from acalx.optimizers import DifferentialEvolution, Exchange, Gradient, Optimizer
 from acalx.problem import Problem
+from acalx.sensors import PlatformAccel, PlatformGyro
 from acalx.stands import PlatformGimbals, RateTable, Stand, TwoAxis
 
 GROUPS = ("bias", "scale", "nonorthogonality")
@@ -59,16 +60,16 @@ FURTHER_STANDS: list[Stand] = [
 
 # Every option of the group, so that a new YAML is enough to be here, and varieties of them.
 MODELS: list[Model] = [
-    hydra.utils.instantiate(OmegaConf.load(path), _convert_="all")
+    as_model(hydra.utils.instantiate(OmegaConf.load(path), _convert_="all"))
     for path in sorted(Path(str(files("acalx.conf"))).glob("model/*.yaml"))
     if path.stem != "custom"
 ]
 MODELS.sort(key=lambda model: model != ScalarAccel())  # which comes first
 MODELS += [
     ScalarAccel(groups=("bias", "scale")),
-    PlatformGyro("y", ("IS", "OS"), noise_deg_h=0.001),
-    PlatformGyro("z", ("II", "SS")),
-    PlatformAccel("z", noise_g=1e-7),
+    as_model(PlatformGyro("y", ("IS", "OS"), noise_deg_h=0.001)),
+    as_model(PlatformGyro("z", ("II", "SS"))),
+    as_model(PlatformAccel("z", noise_g=1e-7)),
     Platform(sensors=["accels"], accel_noise_g=[1.0, 2.0, 3.0]),
 ]
 

@@ -30,8 +30,8 @@ def table(header: str, rows: np.ndarray) -> str:
 
 def files() -> dict[str, str]:
     rng = np.random.default_rng(1)
-    w = ScalarAccel().measurement(TRUTH, FORCE) + 1e-5 * rng.standard_normal((18, 3))
-    vertical = FORCE.specific_force
+    w = ScalarAccel().readings(TRUTH, FORCE) + 1e-5 * rng.standard_normal((18, 3))
+    vertical = FORCE["specific_force"]
     far = w.copy()
     far[6] *= 1.01
     spread = np.column_stack([w, np.full((18, 3), 1e-4), np.full(18, 100)])
@@ -220,7 +220,7 @@ def test_an_array_of_means_is_enough_and_stays_as_it_is(calibrated: dict[str, Ou
     assert found.estimate.parameters.tolist() == estimates(calibrated["g"]).tolist()
     means[0] = 9.0
     np.testing.assert_array_equal(found.readings.means, before)
-    with pytest.raises(DataError, match=r"readings: means of shape \(3,\), expected \(n, 3\)"):
+    with pytest.raises(DataError, match=r"readings: means of shape \(3,\), expected \(n, k\)"):
         calibrated_from(before[0])
     with pytest.raises(DataError, match="readings: means must be numbers"):
         calibrated_from([["west", 0, 1]])  # type: ignore[arg-type]
@@ -239,7 +239,7 @@ def test_a_record_says_what_it_is_of(calibrated: dict[str, Outcome]) -> None:
 
 @pytest.mark.parametrize("noise", [1e-4, 1e-9, 1e-12])
 def test_errors_are_shown_however_small_they_are(noise: float) -> None:
-    measured = ScalarAccel().measurement(TRUTH, FORCE)
+    measured = ScalarAccel().readings(TRUTH, FORCE)
     found = calibrated_from(Readings("simulated", measured), noise=noise)
     rows = [line.split() for line in parameters_table(found).splitlines()[1:]]
     for row, value, error in zip(rows, found.estimate.parameters, found.estimate.standard_errors, strict=True):
@@ -281,7 +281,7 @@ def test_readings_are_made_right(calibrated: dict[str, Outcome], folder: Path, n
     before = (folder / data).read_text().splitlines()
     assert [",".join(list(row.values())[:3]) for row in rows] == before[1:]
     right = np.array([[float(value) for value in list(row.values())[3:]] for row in rows])
-    np.testing.assert_allclose(right, FORCE.specific_force, atol=1e-4)
+    np.testing.assert_allclose(right, FORCE["specific_force"], atol=1e-4)
     assert outcome.result["mean_magnitude_g"] == pytest.approx(1.0, abs=1e-4)
     again = read_correction(folder / name)
     assert again.unit == {"g": "g", "si": "m/s^2", "counts": "counts"}[name]

@@ -129,7 +129,7 @@ def test_the_stand_that_is_drawn_puts_the_vertical_where_acalx_does(modules: dic
         in_room = kinematics.sensor_axes(alpha_1, alpha_2)
         np.testing.assert_allclose(in_room @ in_room.T, np.eye(3), atol=1e-12)
         assert np.linalg.det(in_room) == pytest.approx(1.0)  # right-handed
-        force = stand.stimulus(np.array([[alpha_1, alpha_2]])).specific_force
+        force = stand.stimulus(np.array([[alpha_1, alpha_2]]))["specific_force"]
         assert force is not None
         np.testing.assert_allclose(in_room[:, 2], force[0], atol=1e-12)
     still = kinematics.sensor_axes(0.0, 0.0)

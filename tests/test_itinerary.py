@@ -31,7 +31,7 @@ STANDS: list[Stand] = [
 
 def stimuli(stand: Stand, settings: Array) -> Array:
     """What is felt in each position, rows in an order that does not depend on that of the visit."""
-    rows = np.concatenate([felt for _, felt in stand.stimulus(settings).quantities()], axis=-1)
+    rows = np.concatenate(list(stand.stimulus(settings).values()), axis=-1)
     return rows[np.lexsort(np.round(rows, 9).T)]
 
 
@@ -86,8 +86,8 @@ def test_equivalent_settings_are_allowed_and_the_same(stand: Stand) -> None:
     ways = stand.equivalents(settings)
     np.testing.assert_array_equal(ways[0], settings)
     assert stand.axes.allows(ways).all()
-    for name, felt in stand.stimulus(ways).quantities():
-        expected = getattr(stand.stimulus(settings), name)
+    for name, felt in stand.stimulus(ways).items():
+        expected = stand.stimulus(settings)[name]
         np.testing.assert_allclose(felt, np.broadcast_to(expected, felt.shape), atol=1e-12)
 
 

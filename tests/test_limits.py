@@ -156,7 +156,7 @@ def test_nothing_between_beats_the_bound_around_fixed_positions(criterion):
 def test_replicates_are_a_degree_apart_or_a_stop():
     crowded = TwoAxis(alpha1_deg=(-20, 20), alpha2_deg=(-20, 20))
     result = Gradient(starts=16).solve(problem(crowded, n=20, replicates=False), np.random.default_rng(0))
-    directions = crowded.stimulus(result.best.settings).specific_force
+    directions = crowded.stimulus(result.best.settings)["specific_force"]
     cosines = (directions @ directions.T)[np.triu_indices(20, 1)]
     assert np.degrees(np.arccos(cosines.max())) >= 1 - 1e-6
     table = TwoAxis(alpha1_deg=(-40, 40), alpha2_deg=(-40, 40), step_deg=20)

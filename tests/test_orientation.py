@@ -31,7 +31,7 @@ def test_the_second_criterion_gets_better_and_the_first_stays(n, second):
     assert turned.after <= turned.before
     rng = np.random.default_rng(1)
     for solution in solutions[:3]:  # no random rotation is better
-        directions = problem.stand.stimulus(solution.settings).specific_force
+        directions = problem.stand.stimulus(solution.settings)["specific_force"]
         turns = np.linalg.qr(rng.normal(size=(500, 3, 3)))[0]
         turns = turns * np.sign(np.linalg.det(turns))[:, None, None]
         settings = problem.stand.aim(directions @ turns)
@@ -40,7 +40,7 @@ def test_the_second_criterion_gets_better_and_the_first_stays(n, second):
 
 def test_the_gradient_with_respect_to_the_rotation_is_exact():
     problem, solutions = best(D())
-    rotations = Rotations(problem, problem.stand.stimulus(solutions[0].settings).specific_force, A())
+    rotations = Rotations(problem, problem.stand.stimulus(solutions[0].settings)["specific_force"], A())
     vectors = np.random.default_rng(0).normal(0, 1, (6, 1, 3))
     vectors[0] = 0.0
     _, gradient = rotations.loss_and_gradient(vectors)

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 import parts
 from acalx.bounds import Certificate, certify
 from acalx.criteria import A, Criterion, D, E, Target
-from acalx.models import GyroRateTable, Joined, Model, Platform, PlatformAccel, PlatformGyro, VectorAccel
+from acalx.models import GyroRateTable, Joined, Model, Platform, VectorAccel
 from acalx.numerics.arrays import Array
 from acalx.optimizers import Gradient
 from acalx.planning.metrics import figures_of_merit
@@ -24,6 +24,7 @@ from acalx.programs import find_program
 from acalx.quantities.information import Information
 from acalx.search.agreement import distinct_solutions
 from acalx.search.swaps import Candidates
+from acalx.sensors import PlatformAccel, PlatformGyro
 from acalx.stands import PlatformGimbals, RateTable, Stand, TwoAxis
 from acalx.weights import Positions, optimal_weights
 from acalx.weights.conic import Conic

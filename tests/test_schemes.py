@@ -11,7 +11,7 @@ import pytest
 from acalx.bounds import bound
 from acalx.criteria import A, D, Inequality, Objectives, Target
 from acalx.errors import AcalxError, ArgumentError, CompatibilityError, NoProgramError
-from acalx.models import Joined, Platform, PlatformGyro, ScalarAccel, VectorAccel
+from acalx.models import Joined, Platform, ScalarAccel, VectorAccel
 from acalx.optimizers import Gradient, Optimizer, Traversal
 from acalx.planning.smallest import Smallest, smallest_program
 from acalx.problem import Problem
@@ -21,6 +21,7 @@ from acalx.schemes import Composed, Joint, Parallel, Scheme, Serial
 from acalx.schemes.base import kinds_of
 from acalx.search.account import Account
 from acalx.search.result import Result, Solution
+from acalx.sensors import PlatformGyro
 from acalx.stands import PlatformGimbals, TwoAxis
 from acalx.testing import check_optimizer
 from command import assert_refused, run, together

@@ -13,27 +13,30 @@ import pytest
 import parts
 import random_search
 from acalx.criteria import A, Ceiling, Criterion, D, Inequality, Objectives
-from acalx.errors import PluginError
-from acalx.estimation import Bisquare, Estimator, Huber, Iterated, Loss, Magnitude, Residual, Squares
-from acalx.models import Model, Platform, ScalarAccel
+from acalx.errors import CompatibilityError, PluginError
+from acalx.estimation import Bisquare, Estimator, Huber, Iterated, Loss, Squares
+from acalx.models import Comparison, Magnitude, Model, Platform, Residual, ScalarAccel
 from acalx.numerics.arrays import Array
 from acalx.optimizers import DifferentialEvolution, Exchange, Gradient, Optimizer, Scalarized
 from acalx.problem import Problem
 from acalx.quantities.information import Information
+from acalx.quantities.parameter import Parameter
 from acalx.quantities.stimulus import Stimulus
 from acalx.schemes import Joint, Parallel, Scheme, Serial
 from acalx.search.account import Account
 from acalx.search.result import Result
+from acalx.sensors import AccelTriad, Polynomial, Sensor
 from acalx.stands import PlatformGimbals, Setting, Stand, TwoAxis
 from acalx.stands.axes import Axes
 from acalx.testing import (
+    check_comparison,
     check_criterion,
     check_estimator,
     check_loss,
     check_model,
     check_optimizer,
-    check_residual,
     check_scheme,
+    check_sensor,
     check_stand,
 )
 from command import run
@@ -53,7 +56,7 @@ class Table(Stand):
 
 class Slow(Table):
     def derivative(self, settings: Array) -> Stimulus:
-        right = TwoAxis().derivative(settings).specific_force
+        right = TwoAxis().derivative(settings)["specific_force"]
         assert right is not None
         return Stimulus(specific_force=1.001 * right)
 
@@ -65,7 +68,7 @@ class Flat(Table):
 
 class Mixed(Table):
     def stimulus(self, settings: Array) -> Stimulus:
-        force = TwoAxis().stimulus(settings).specific_force
+        force = TwoAxis().stimulus(settings)["specific_force"]
         assert force is not None
         return Stimulus(specific_force=force - force.mean(axis=tuple(range(force.ndim - 2)), keepdims=True))
 
@@ -188,13 +191,13 @@ class TooFew(Rows):
 class Careless(Rows):
     def regressors(self, stimulus: Stimulus) -> Array:
         right = super().regressors(stimulus)
-        assert stimulus.specific_force is not None
-        return right + (0.1 if stimulus.specific_force.ndim > 3 else 0.0)
+        assert "specific_force" in stimulus
+        return right + (0.1 if stimulus["specific_force"].ndim > 3 else 0.0)
 
 
 class Sloppy(Rows):
     def derivative(self, stimulus: Stimulus) -> Stimulus:
-        right = ScalarAccel().derivative(stimulus).specific_force
+        right = ScalarAccel().derivative(stimulus)["specific_force"]
         assert right is not None
         return Stimulus(specific_force=right[..., ::-1])
 
@@ -204,8 +207,8 @@ class Sloppy(Rows):
     [
         (NoOutputs(), r"NoOutputs breaks a rule: regressors has shape \(3, 5, 1, 9\), got \(3, 5, 9\)"),
         (Namesakes(), "Namesakes breaks a rule: each parameter has its own name"),
-        (Unknown(), "Unknown breaks a rule: needs names quantities among"),
-        (TooFew(), "TooFew breaks a rule: smallest_n=3 gives fewer readings"),
+        (Unknown(), "model Unknown needs the temperature, which stand TwoAxis does not provide"),
+        (TooFew(), "TooFew breaks a rule: smallest_n gives as many readings as parameters"),
         (Careless(), "Careless breaks a rule: regressors of a stack is that of its members"),
         (Sloppy(), "Sloppy breaks a rule: derivative.specific_force agrees"),
     ],
@@ -213,7 +216,7 @@ class Sloppy(Rows):
 )
 def test_broken_models(model: Model, message: str) -> None:
     check_model(Rows(), parts.FULL)
-    with pytest.raises(AssertionError, match=message):
+    with pytest.raises((AssertionError, CompatibilityError), match=message):
         check_model(model, parts.FULL)
 
 
@@ -474,42 +477,96 @@ def test_broken_schemes(mistake: str, message: str) -> None:
         check_scheme(Amiss(mistake), parts.problem(stand=parts.BAND), Gradient(starts=8))
 
 
-# --- estimators, residuals, losses ---
+# --- sensors, comparisons, estimators, losses ---
 
 
 @dataclass(frozen=True)
-class Astray(Residual):
-    """The magnitude with one mistake."""
+class Crooked(Polynomial):
+    """A triad with one mistake."""
 
     mistake: str
-    needs_directions = False
+    channels = AccelTriad().channels
+    terms = AccelTriad().terms
+    senses = ("specific_force",)
 
-    def check(self, model: Model) -> None:
-        Magnitude().check(model)
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        right = tuple(term.parameter for term in self.terms if term.parameter)
+        return right[:8] + right[:1] if self.mistake == "names" else right
 
-    def linearized(self, model, measurement, stimulus):  # type: ignore[no-untyped-def]
-        whole, rows = Magnitude().linearized(model, measurement, stimulus)
-        return whole, rows * (1.01 if self.mistake == "rows" else 1.0)
+    def readings(self, parameters: Array, stimulus: Stimulus) -> Array:
+        right = AccelTriad().readings(parameters, stimulus)
+        wrong = {
+            "order": right + 1e-3 * np.arange(right.shape[-2])[:, None],
+            "shape": right[..., :2],
+            "stack": right + (1e-3 if right.ndim > 2 else 0.0),
+            "nan": right * np.nan,
+        }
+        return np.asarray(wrong.get(self.mistake, right))
 
-    def at(self, model, parameters, measurement, stimulus):  # type: ignore[no-untyped-def]
-        left, rows = Magnitude().at(model, parameters, measurement, stimulus)
-        changed = {"shift": left + 1e-3, "twice": left - np.einsum("...np,...p->...n", rows, parameters)}
-        return changed.get(self.mistake, left), rows * (1.01 if self.mistake == "slope" else 1.0)
+    def by_parameters(self, parameters: Array, stimulus: Stimulus) -> Array:
+        right = AccelTriad().by_parameters(parameters, stimulus)
+        return 1.01 * right if self.mistake == "by_parameters" else right
+
+    def by_stimulus(self, parameters: Array, stimulus: Stimulus) -> dict[str, Array]:
+        right = AccelTriad().by_stimulus(parameters, stimulus)
+        return {name: slope + (self.mistake == "by_stimulus") for name, slope in right.items()}
 
 
 @pytest.mark.parametrize(
     ("mistake", "message"),
     [
-        ("shift", "errors of zero leave all of it"),
-        ("twice", "the right errors leave nothing of it"),
-        ("rows", "rows at zero errors are those of the linear model"),
-        ("slope", "rows at zero errors are those of the linear model"),
+        ("names", "each parameter has its own name"),
+        ("order", "a position's readings depend on it alone"),
+        ("shape", r"readings has shape \(3, 5, 3\), got \(3, 5, 2\)"),
+        ("stack", "readings of a stack are those of its members"),
+        ("nan", "readings is finite"),
+        ("by_parameters", "by_parameters agrees with the numerical derivatives"),
+        ("by_stimulus", "by_stimulus agrees with the numerical derivative by specific_force"),
     ],
 )
-def test_broken_residuals(mistake: str, message: str) -> None:
-    check_residual(Astray(""), ScalarAccel(), parts.FULL)
+def test_broken_sensors(mistake: str, message: str) -> None:
+    check_sensor(Crooked(""), parts.FULL)
+    with pytest.raises(
+        (AssertionError, PluginError), match=f"Crooked.*{message}|Crooked.parameters: bias_x is there twice"
+    ):
+        check_sensor(Crooked(mistake), parts.FULL)
+
+
+@dataclass(frozen=True)
+class Astray(Comparison):
+    """The magnitude with one mistake."""
+
+    mistake: str
+
+    def check(self, sensor: Sensor) -> None:
+        Magnitude().check(sensor)
+
+    def count(self, sensor: Sensor) -> int:
+        return 1
+
+    def residual(self, sensor: Sensor, parameters: Array, readings: Array, known: Stimulus | None) -> Residual:
+        value, rows, by_readings = Magnitude().residual(sensor, parameters, readings, known)
+        assert by_readings is not None
+        return Residual(
+            value + (1e-3 if self.mistake == "shift" else 0.0),
+            rows * (1.01 if self.mistake == "rows" else 1.0),
+            by_readings * (1.01 if self.mistake == "noise" else 1.0),
+        )
+
+
+@pytest.mark.parametrize(
+    ("mistake", "message"),
+    [
+        ("shift", "the right parameters leave nothing"),
+        ("rows", "rows say how much of it a parameter takes off"),
+        ("noise", "by_readings are its derivatives by the readings"),
+    ],
+)
+def test_broken_comparisons(mistake: str, message: str) -> None:
+    check_comparison(Astray(""), AccelTriad(), parts.FULL)
     with pytest.raises(AssertionError, match=f"Astray breaks a rule: {message}"):
-        check_residual(Astray(mistake), ScalarAccel(), parts.FULL)
+        check_comparison(Astray(mistake), AccelTriad(), parts.FULL)
 
 
 @dataclass(frozen=True)
@@ -549,7 +606,7 @@ class Biased(Estimator):
     """Iterated least squares with one mistake."""
 
     mistake: str
-    residual: Residual = field(default_factory=Magnitude)
+    comparison: Comparison | None = None
     loss: Loss = field(default_factory=Squares)
     tolerance: float = 1e-10
     iterations: int = 50

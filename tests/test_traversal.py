@@ -9,13 +9,14 @@ import pytest
 from acalx.criteria import A, D, Inequality
 from acalx.criteria.answers import loss_of
 from acalx.errors import AcalxError, ArgumentError, CompatibilityError
-from acalx.models import GyroRateTable, Platform, PlatformGyro, ScalarAccel
+from acalx.models import GyroRateTable, Platform, ScalarAccel
 from acalx.optimizers import Traversal
 from acalx.problem import Problem
 from acalx.programs import find_program
 from acalx.programs.sequences import regular_sequences
 from acalx.quantities.information import Information
 from acalx.search.result import Result
+from acalx.sensors import PlatformGyro
 from acalx.stands import PlatformGimbals, RateTable, TwoAxis
 from acalx.testing import check_optimizer
 

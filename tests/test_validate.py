@@ -24,7 +24,7 @@ from acalx.recording.validation import record
 from acalx.reporting.validation import show
 from acalx.validation import Validated, ValidatedSensor, Validation
 from acalx.validation import validate as validated_from
-from acalx.validation.comparison import compare_programs, vertical_of
+from acalx.validation.comparison import compare_programs, directions_of
 from acalx.validation.splits import held_out, random_splits, take_folds, validate_folds, validate_splits
 from acalx.validation.subsets import best_positions, efficiency, nearest_positions, random_positions, random_turns
 from command import Outcome, assert_refused, run, together
@@ -35,7 +35,7 @@ COUNTS = Unit("counts", None, 32768.0)
 
 
 def directions(name: str) -> Array:
-    force = parts.FULL.stimulus(find_program(name).settings_for(parts.FULL)).specific_force
+    force = parts.FULL.stimulus(find_program(name).settings_for(parts.FULL))["specific_force"]
     assert force is not None
     return force
 
@@ -43,7 +43,7 @@ def directions(name: str) -> Array:
 def readings(name: str = "dodecahedron_20", noise: float = 1e-4, seed: int = 0, n: int | None = None) -> Readings:
     rng = np.random.default_rng(seed)
     truth = 0.02 * np.random.default_rng(9).standard_normal(9)
-    w = MODEL.measurement(truth, Stimulus(specific_force=directions(name)[:n]))
+    w = MODEL.readings(truth, Stimulus(specific_force=directions(name)[:n]))
     return Readings(name, w + noise * rng.standard_normal(w.shape))
 
 
@@ -149,7 +149,7 @@ def test_best_positions_are_those_of_all_subsets() -> None:
     measured = directions("rotations_12") @ random_turns(2, np.random.default_rng(1))[1]
     measured = measured + 0.2 * np.random.default_rng(2).standard_normal(measured.shape)
     measured /= np.linalg.norm(measured, axis=1, keepdims=True)
-    found = best_positions(measured, 10, MODEL, D(), np.random.default_rng(0))
+    found = best_positions(Stimulus(specific_force=measured), 10, MODEL, D(), np.random.default_rng(0))
     subsets = [list(subset) for subset in combinations(range(12), 10)]
     shares = efficiency(measured[np.array(subsets)], MODEL)
     assert found.tolist() == subsets[int(np.argmax(shares))]
@@ -167,7 +167,7 @@ def test_efficiency_is_one_where_the_bound_is_attained() -> None:
 def test_programs_are_compared_on_the_positions_near_them() -> None:
     given = readings(noise=1e-4)
     calibration = calibrate(given, MODEL, Iterated(), Unit())
-    np.testing.assert_allclose(vertical_of(calibration), directions("dodecahedron_20"), atol=1e-3)
+    np.testing.assert_allclose(directions_of(calibration), directions("dodecahedron_20"), atol=1e-3)
     programs = {name: directions(name) for name in ("icosahedron_12", "classical_6", "dodecahedron_20")}
     rows = compare_programs(calibration, programs, D(), Iterated(), np.random.default_rng(0), subsets=[10], turns=20)
     assert [(row.name, row.n) for row in rows] == [
@@ -196,9 +196,9 @@ def test_the_72_triads_of_an_array_are_right_on_positions_that_were_held_out() -
         train, test = random_splits(20, 2 / 3, 100, rng)
         splits = validate_splits(given, train, test, MODEL, Iterated(), MIMU_COUNTS)
         shares.append(np.median(splits.r_squared))
-        vertical = vertical_of(calibrate(given, MODEL, Iterated(), MIMU_COUNTS))
+        vertical = directions_of(calibrate(given, MODEL, Iterated(), MIMU_COUNTS))
         for n in (10, 12):
-            chosen = best_positions(vertical, n, MODEL, D(), rng, starts=3)[None]
+            chosen = best_positions(Stimulus(specific_force=vertical), n, MODEL, D(), rng, starts=3)[None]
             others = random_positions(20, n, 50, rng)
             for taken, found in ((chosen, designed[n]), (others, random[n])):
                 rest = np.array([np.setdiff1d(np.arange(20), row) for row in taken])
@@ -324,7 +324,7 @@ def test_the_function_gives_what_the_command_gives(
         assert [sensor["sensor"] for sensor in entries["sensors"]] == [sensor.name for sensor in found.sensors]
         for entry, sensor in zip(entries["sensors"], found.sensors, strict=True):
             assert {key: entry[key] for key in sensor.figures} == sensor.figures
-        assert [row["rms_g"] for row in entries["programs"]] == [row.rms_g for row in found.programs]
+        assert [row["rms_g"] for row in entries["programs"]] == [row.rms for row in found.programs]
         assert validated[name].metrics == found.medians
     assert validated["one"].result["criterion"] == described(D())
     assert list(tmp_path.iterdir()) == []
@@ -349,7 +349,7 @@ def test_arrays_are_programs_and_readings_too() -> None:
     found = validated_from(given.means, programs=[wanted], splits=5, turns=3)
     assert [row.name for row in found.programs] == ["program 1", "best 12 measured", "random 12, median"]
     again = validated_from(given, programs=["icosahedron_12"], splits=5, turns=3)
-    assert found.programs[0].rms_g == pytest.approx(again.programs[0].rms_g)
+    assert found.programs[0].rms == pytest.approx(again.programs[0].rms)
 
 
 def test_errors_are_shown_however_small_they_are(capsys: pytest.CaptureFixture[str]) -> None:

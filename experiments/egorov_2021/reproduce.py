@@ -171,7 +171,7 @@ def tables_3_to_5(directory: Path) -> dict[str, str]:
     fair = {name: metrics(settings) for name, settings in designed.items()}
     settings = designed["acalx, de"]
     RunDirectory(directory / "fair_9", []).write_program(STAND, settings)
-    force = STAND.stimulus(settings).specific_force
+    force = STAND.stimulus(settings)["specific_force"]
     assert force is not None  # a two-axis table always gives it
     draw_positions(force, directory / "fair_9", "9 positions, equally accurate within each group")
     return {

@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 from printed import GROUPS, PRINTED, TABLE_6, TABLE_6_FAIR, TABLE_7
 
-from acalx.estimation import Iterated, Linear, Oriented
-from acalx.models import ScalarAccel
+from acalx.estimation import Iterated, Linear
+from acalx.models import Projection, ScalarAccel
 from acalx.numerics.arrays import Array
 from acalx.programs import find_program
 from acalx.reporting.tables import markdown
@@ -26,7 +26,7 @@ FINE = ErrorSources({"bias": 1e-4, "scale": 1e-4, "nonorthogonality": np.sqrt(2.
 COARSE = replace(FINE, setting_rad=6e-3)
 # The paper's equation (2): the magnitude on H of the program's own attitudes, not iterated.
 OWN = Linear()
-ORIENTED = Linear(residual=Oriented())
+ORIENTED = Linear(Projection())
 
 # Table 7. The size of the sensor's errors and how much it warms up are not printed: these are our choice.
 TESTS, REPETITIONS, FIELDS = 50, 4, 2000
@@ -191,12 +191,12 @@ def _field() -> tuple[Array, dict[str, np.ndarray]]:
 
 def _r_squared(campaign: Campaign, places: Mapping[str, np.ndarray]) -> dict[str, Array]:
     """Calibrate on the positions of each program, test on the others: R^2 (FIELDS,)."""
-    measurement = campaign.trials(0, FIELDS).measurement
+    measurement = campaign.trials(0, FIELDS).readings
     tests = measurement[:, places["tests"]]
-    before = MODEL.residual_magnitude(tests)
+    before, _ = MODEL.linearized(MODEL.nominal, tests, None)
     out = {}
     for name in TABLE_7:
         estimate = Iterated().estimate(MODEL, measurement[:, places[name]])
-        after, _ = MODEL.magnitude_at(estimate.parameters, tests)
+        after, _ = MODEL.residual(estimate.parameters, tests, None)
         out[name] = Validation(before, after).r_squared
     return out

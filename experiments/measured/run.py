@@ -31,9 +31,10 @@ from acalx.models import ScalarAccel
 from acalx.numerics.arrays import Array
 from acalx.programs import published_for
 from acalx.quantities.parameter import parameter_groups
+from acalx.quantities.stimulus import Stimulus
 from acalx.reporting.tables import markdown
 from acalx.stands import TwoAxis
-from acalx.validation.comparison import compare_programs, vertical_of
+from acalx.validation.comparison import compare_programs, directions_of
 from acalx.validation.splits import Validation, held_out, random_splits, validate_splits
 from acalx.validation.subsets import best_positions, efficiency, random_positions
 
@@ -142,12 +143,12 @@ def choice(data: Data, directory: Path) -> dict[str, str]:
     errors: dict[int, list[Array]] = {10: [], 12: []}
     best: dict[int, list[tuple[float, float]]] = {10: [], 12: []}
     for key, readings in data.mimu.items():
-        vertical = vertical_of(data.calibrations[key])
+        vertical = directions_of(data.calibrations[key])
         for n in (10, 12):
             chosen = random_positions(readings.n, n, SUBSETS, rng)
             shares[n].append(efficiency(vertical[chosen], MODEL))
             errors[n].append(1e3 * tested(readings, chosen).rms)
-            optimal = best_positions(vertical, n, MODEL, D(), rng)
+            optimal = best_positions(Stimulus(specific_force=vertical), n, MODEL, D(), rng)
             rms = float(tested(readings, optimal[None]).rms[0])
             best[n].append((float(efficiency(vertical[optimal], MODEL)), 1e3 * rms))
     rows = [["positions", "D-efficiency, rms mg: D-optimal", "random", "D-optimal is better for"]]
@@ -199,14 +200,14 @@ def programs(data: Data) -> dict[str, str]:
     stand, rng = TwoAxis(), np.random.default_rng(2)
     wanted = {}
     for name, program in published_for(stand).items():
-        force = stand.stimulus(program.settings_for(stand)).specific_force
+        force = stand.stimulus(program.settings_for(stand))["specific_force"]
         assert force is not None  # a two-axis table always gives it
         wanted[name] = force
     found: dict[str, list[tuple[float, ...]]] = {}
     numbers = {}
     for calibration in data.calibrations.values():
         for row in compare_programs(calibration, wanted, D(), ESTIMATOR, rng, random=100, turns=TURNS):
-            found.setdefault(row.name, []).append((row.angle_deg, row.efficiency, row.r_squared, 1e3 * row.rms_g))
+            found.setdefault(row.name, []).append((row.angle_deg, row.efficiency, row.r_squared, 1e3 * row.rms))
             numbers[row.name] = row.n
     rows = [["calibrated on", "positions", "angle deg", "D-efficiency", "R^2", "rms mg"]]
     for name in sorted(found, key=lambda name: numbers[name]):

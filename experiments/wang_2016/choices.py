@@ -101,7 +101,7 @@ def gyro_models() -> list[tuple[tuple[str, str], ...]]:
 def felt(settings: Array, azimuth_deg: float, latitude_deg: float = 34.25) -> tuple[Array, Array]:
     """Gravity in g and the Earth's rate in units of itself, (..., 3) each, in platform axes."""
     stimulus = PlatformGimbals(azimuth_deg=azimuth_deg, latitude_deg=latitude_deg).stimulus(settings)
-    force, rate = stimulus.specific_force, stimulus.angular_rate
+    force, rate = stimulus["specific_force"], stimulus["angular_rate"]
     assert force is not None  # gimbals always give both
     assert rate is not None
     return force, rate

@@ -144,7 +144,7 @@ def _by_relaxation(problem: Problem, criterion: Concave) -> Bound:
 def _mean_of_highest(problem: Problem, relaxation: Relaxation) -> float:
     """Mean sensitivity over as many stops as there are positions to choose, the highest, each direction once."""
     stops = stops_of(problem.stand)
-    felt = np.concatenate([felt for _, felt in problem.stand.stimulus(stops).quantities()], axis=-1)
+    felt = np.concatenate(list(problem.stand.stimulus(stops).values()), axis=-1).reshape(len(stops), -1)
     # what rounding tells apart counts twice, which leaves the bound a bound
     _, first = np.unique(np.round(felt, _DIGITS) + 0.0, axis=0, return_index=True)
     values = np.sort(sensitivity(problem, relaxation.support, stops[first])[0])[::-1][: problem.n - problem.held]

@@ -165,7 +165,7 @@ def _weights(problem: Problem, criterion: Concave, points: Array, gap: float | N
     return optimal_weights(
         rows,
         criterion,
-        base=problem.base_share if problem.held else None,
+        base=problem.base_share if problem.based else None,
         tolerance=gap or (_CEILING_GAP if kinks else _SMOOTH_GAP),
     )
 

@@ -6,11 +6,10 @@ from typing import Any
 
 from omegaconf import DictConfig, OmegaConf
 
-from acalx.commands.composition import build, build_objectives
+from acalx.commands.composition import build, build_model, build_objectives
 from acalx.commands.options import seed_of
 from acalx.criteria import Criterion, Objectives, Target
 from acalx.errors import ArgumentError
-from acalx.models import Model
 from acalx.optimizers import Optimizer
 from acalx.planning.design import Request
 from acalx.problem import Problem
@@ -25,7 +24,7 @@ _AUTO = "auto"
 
 def problem_of(config: DictConfig) -> Problem:
     """The problem; where the number of positions is to be found, with the fewest that there can be."""
-    stand, model = build(config, "stand", Stand), build(config, "model", Model)
+    stand, model = build(config, "stand", Stand), build_model(config)
     several = config.objectives is not None
     criterion = build_objectives(config) if several else build(config, "criterion", Criterion)
     _check_target(config, criterion)

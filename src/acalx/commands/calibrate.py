@@ -1,7 +1,4 @@
-"""Parameters of a sensor from measurements: ``python -m acalx.calibrate data=measurements.csv``.
-
-``apply=RUN/calibration.json data=new.csv`` makes readings right instead.
-"""
+"""Parameters of a sensor from measurements: ``python -m acalx.calibrate data=measurements.csv``; or ``apply=`` them."""
 
 from __future__ import annotations
 
@@ -12,13 +9,13 @@ from typing import Any
 
 from omegaconf import DictConfig, OmegaConf
 
-from acalx.commands.composition import build
+from acalx.commands.composition import build, build_model
 from acalx.commands.launch import Entry, launch
-from acalx.commands.options import names_of, where_of
+from acalx.commands.options import channels_of, where_of
 from acalx.commands.singular import answers_singular
 from acalx.errors import ArgumentError
 from acalx.estimation import Estimator, Readings, StaticIntervals, Unit, calibrate, read_correction, read_readings
-from acalx.models import ScalarAccel
+from acalx.models import Model
 from acalx.recording import RunDirectory
 from acalx.recording.calibration import (
     corrected_message,
@@ -63,11 +60,11 @@ def run(config: DictConfig, directory: RunDirectory) -> int:
     directory.remember(data=str(config.data), inestimable=[])
     if config.apply is not None:
         return _apply(config, directory, started)
-    model, estimator = build(config, "model", ScalarAccel), build(config, "estimator", Estimator)
-    unit = build(config, "unit", Unit)
+    model, estimator = build_model(config), build(config, "estimator", Estimator)
+    unit = build(config, "unit", Unit).named_for(model.channels)
     directory.remember(model=described(model), estimator=described(estimator), unit=described(unit))
     directory.remember(noise=config.noise, confidence=config.confidence)
-    readings = _read(config, directory)
+    readings = _read(config, estimator.model_for(model), directory)
     directory.remember(n=readings.n)
     calibration = calibrate(readings, model, estimator, unit, config.noise, config.confidence)
     record(calibration, str(config.data), directory)
@@ -81,23 +78,25 @@ def run(config: DictConfig, directory: RunDirectory) -> int:
     return 0
 
 
-def _read(config: DictConfig, directory: RunDirectory) -> Readings:
+def _read(config: DictConfig, model: Model, directory: RunDirectory) -> Readings:
     """The readings that the configuration names: static positions, or a recording of them."""
-    columns = names_of(config, "columns", 3)
+    columns = channels_of(config, model)
     if config.static is not None:
         if config.where:
             raise ArgumentError.of("where", config.where, "goes with static positions, not with a raw recording")
         intervals: StaticIntervals = build(config, "static", StaticIntervals)
         directory.remember(static=described(intervals))
         return intervals.readings(str(config.data), columns)
-    return read_readings(str(config.data), columns, where_of(config), build(config, "stand", Stand))
+    return read_readings(str(config.data), columns, where_of(config), build(config, "stand", Stand), tuple(model.needs))
 
 
 def _apply(config: DictConfig, directory: RunDirectory, started: float) -> int:
-    """Write the data again with three columns more: the specific force in g."""
+    """Write the data again with more columns: the readings made right."""
     directory.remember(apply=str(config.apply))
-    correction = read_correction(str(config.apply))
-    count, magnitude = record_corrected(correction, str(config.data), names_of(config, "columns", 3), directory)
+    model = build_model(config)
+    correction = read_correction(str(config.apply), model)
+    columns, stand = channels_of(config, model), build(config, "stand", Stand)
+    count, magnitude = record_corrected(correction, str(config.data), columns, directory, stand)
     message = corrected_message(count, magnitude)
     seconds = time.perf_counter() - started
     directory.write_result("ok", message, n=count, mean_magnitude_g=magnitude, seconds=seconds)

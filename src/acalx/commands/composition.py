@@ -15,10 +15,12 @@ from omegaconf import DictConfig, ListConfig, OmegaConf
 from acalx.commands.explain import chain, suggestion
 from acalx.criteria import Criterion, Objectives
 from acalx.errors import AcalxError, ArgumentError, Option
+from acalx.models import Model, as_model
 from acalx.planning.defaults import suited
+from acalx.sensors import Sensor
 from acalx.stands import Stand
 
-__all__ = ["build", "build_objectives", "composed", "placed", "resolved"]
+__all__ = ["build", "build_model", "build_objectives", "composed", "placed", "resolved"]
 
 _GROUP = "criterion"
 
@@ -60,24 +62,52 @@ def resolved(config: DictConfig) -> str:
     )
 
 
-def build(config: DictConfig, group: str, kind: type) -> Any:
+def build(config: DictConfig, group: str, *kinds: type) -> Any:
     """Make the part that a group of the configuration describes, and check what it is."""
     if config[group] is None:
         raise ArgumentError(f"there is no {group}: give {group}=NAME")
     try:
-        part = hydra.utils.instantiate(config[group], _convert_="all")
+        part = hydra.utils.instantiate(_as_now(config[group]), _convert_="all")
     except InstantiationException as error:
         own = next((cause for cause in chain(error) if isinstance(cause, AcalxError)), None)
         if own is None:
             raise
         options = _plain(config[group])
         raise own.placed(lambda option: _placed(option, group, options) or option) from error
-    if not isinstance(part, kind):
+    if not isinstance(part, kinds):
+        names = [f"{kind.__module__.rsplit('.', 1)[0]}.{kind.__name__}" for kind in kinds]
         raise ArgumentError(
-            f"{group}: {config[group].get('_target_')} is not a {kind.__name__}; "
-            f"it must be a class derived from {kind.__module__.rsplit('.', 1)[0]}.{kind.__name__}"
+            f"{group}: {config[group].get('_target_')} is not a {' or a '.join(kind.__name__ for kind in kinds)}; "
+            f"it must be a class derived from {' or '.join(names)}"
         )
     return part
+
+
+# Parts by the names that they had before, which recorded runs and YAML files of users have.
+_MOVED = {
+    "acalx.models.PlatformGyro": "acalx.sensors.PlatformGyro",
+    "acalx.models.platform_gyro.PlatformGyro": "acalx.sensors.PlatformGyro",
+    "acalx.models.PlatformAccel": "acalx.sensors.PlatformAccel",
+    "acalx.models.platform_accel.PlatformAccel": "acalx.sensors.PlatformAccel",
+}
+
+
+def build_model(config: DictConfig) -> Model:
+    """The model that a configuration describes; of a sensor alone that of its outputs."""
+    return as_model(build(config, "model", Model, Sensor))
+
+
+def _as_now(config: DictConfig) -> Any:
+    """A part's options, with the names of parts as they are now where they had others before."""
+    options = _plain(config)
+    return config if _moved(options) == options else _moved(OmegaConf.to_container(config, resolve=True))
+
+
+def _moved(options: Any) -> Any:
+    """Options with the names of parts as they are now."""
+    if isinstance(options, dict):
+        return {key: _MOVED.get(v, v) if key == "_target_" else _moved(v) for key, v in options.items()}
+    return [_moved(each) for each in options] if isinstance(options, list) else options
 
 
 def placed(error: AcalxError, config: DictConfig) -> AcalxError:

@@ -9,11 +9,10 @@ from typing import Any
 
 from omegaconf import DictConfig
 
-from acalx.commands.composition import build
+from acalx.commands.composition import build, build_model
 from acalx.commands.launch import FAILED, Entry, launch
 from acalx.commands.options import program_of
 from acalx.criteria import Criterion
-from acalx.models import Model
 from acalx.planning.evaluation import evaluate
 from acalx.programs import find_program
 from acalx.recording import RunDirectory
@@ -43,7 +42,7 @@ def run(config: DictConfig, directory: RunDirectory) -> int:
     started = time.perf_counter()
     name = program_of(config)
     directory.remember(program=name, inestimable=[])
-    stand, model = build(config, "stand", Stand), build(config, "model", Model)
+    stand, model = build(config, "stand", Stand), build_model(config)
     criterion = build(config, "criterion", Criterion)
     directory.remember(model=described(model), stand=described(stand), criterion=described(criterion))
     program = find_program(name)

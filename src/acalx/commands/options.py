@@ -8,10 +8,11 @@ from typing import Any
 from omegaconf import DictConfig, OmegaConf
 
 from acalx.errors import ArgumentError
+from acalx.models import Model
 from acalx.options import require_seed
 from acalx.programs import published
 
-__all__ = ["names_of", "program_of", "seed_of", "where_of"]
+__all__ = ["channels_of", "names_of", "program_of", "seed_of", "where_of"]
 
 
 def program_of(config: DictConfig) -> str:
@@ -21,12 +22,20 @@ def program_of(config: DictConfig) -> str:
     return str(config.program)
 
 
-def names_of(config: DictConfig, key: str, length: int | None = None) -> list[str]:
-    """Names of columns that the configuration lists."""
+def names_of(config: DictConfig, key: str, usual: Sequence[str] = ()) -> list[str]:
+    """Names that the configuration lists; where there are usual ones as many, and those where it lists none."""
     given = OmegaConf.to_container(config, resolve=True)[key]  # type: ignore[index,call-overload]
-    if not isinstance(given, Sequence) or isinstance(given, str) or length not in (None, len(given)):
-        raise ArgumentError.of(key, given, f"give {length or 'some'} names of columns, as in {key}=[ax,ay,az]")
+    if given is None and usual:
+        return list(usual)
+    if not isinstance(given, Sequence) or isinstance(given, str) or (usual and len(given) != len(usual)):
+        names = ",".join(usual or ("ax", "ay", "az"))
+        raise ArgumentError.of(key, given, f"give {len(usual) or 'some'} names of columns, as in {key}=[{names}]")
     return [str(name) for name in given]
+
+
+def channels_of(config: DictConfig, model: Model) -> list[str]:
+    """Names of the columns that hold the readings of a model's channels."""
+    return names_of(config, "columns", [channel.name for channel in model.channels])
 
 
 def where_of(config: DictConfig) -> dict[str, Any]:

@@ -9,12 +9,11 @@ from typing import Any
 
 from omegaconf import DictConfig, ListConfig, OmegaConf
 
-from acalx.commands.composition import build
+from acalx.commands.composition import build, build_model
 from acalx.commands.launch import Entry, launch
 from acalx.commands.singular import answers_singular
 from acalx.errors import ArgumentError
 from acalx.estimation import Estimator
-from acalx.models import Model
 from acalx.programs import published
 from acalx.recording import RunDirectory
 from acalx.recording.parts import described
@@ -52,7 +51,7 @@ def run(config: DictConfig, directory: RunDirectory) -> int:
     directory.remember(inestimable=[], seed=config.seed, trials=config.trials)
     programs = find_programs(names)
     directory.remember(program=[program.name for program in programs], n=max(program.n for program in programs))
-    stand, model = build(config, "stand", Stand), build(config, "model", Model)
+    stand, model = build(config, "stand", Stand), build_model(config)
     errors = build(config, "errors", ErrorSources)
     given = config.estimator is not None
     estimator = build(config, "estimator", Estimator) if given else default_estimator(model)

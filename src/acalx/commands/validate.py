@@ -9,14 +9,14 @@ from typing import Any
 
 from omegaconf import DictConfig, OmegaConf
 
-from acalx.commands.composition import build
+from acalx.commands.composition import build, build_model
 from acalx.commands.launch import Entry, launch
-from acalx.commands.options import names_of, where_of
+from acalx.commands.options import channels_of, names_of, where_of
 from acalx.commands.singular import answers_singular
 from acalx.criteria import Criterion
 from acalx.errors import ArgumentError
 from acalx.estimation import Estimator, Readings, Unit, read_groups
-from acalx.models import ScalarAccel
+from acalx.models import Model
 from acalx.recording import RunDirectory
 from acalx.recording.parts import described
 from acalx.recording.validation import record, record_result
@@ -59,12 +59,18 @@ def run(config: DictConfig, directory: RunDirectory) -> int:
         raise ArgumentError("which measurements? Give data=FILE.csv with columns ax, ay, az, a static position a row")
     options = {key: config[key] for key in ("splits", "share", "folds", "turns", "seed")}
     directory.remember(data=str(config.data), inestimable=[], **options)
-    kinds = {"model": ScalarAccel, "estimator": Estimator, "unit": Unit, "criterion": Criterion, "stand": Stand}
+    kinds = {"estimator": Estimator, "criterion": Criterion, "stand": Stand}
     parts = {group: build(config, group, kind) for group, kind in kinds.items()}
-    directory.remember(**{group: described(part) for group, part in parts.items()})
+    model = build_model(config)
+    unit = build(config, "unit", Unit).named_for(model.channels)
+    told = {"model": model, "unit": unit, **parts}
+    directory.remember(**{group: described(part) for group, part in told.items()})
+    compared, stand = parts["estimator"].model_for(model), parts["stand"]
     validated = validate(
-        _read(config, str(config.data), parts["stand"]),
-        test=None if config.test is None else _read(config, str(config.test), parts["stand"]),
+        _read(config, str(config.data), compared, stand),
+        model,
+        unit=unit,
+        test=None if config.test is None else _read(config, str(config.test), compared, stand),
         programs=None if config.programs is None else names_of(config, "programs"),
         **parts,
         **options,
@@ -79,10 +85,10 @@ def run(config: DictConfig, directory: RunDirectory) -> int:
     return 0
 
 
-def _read(config: DictConfig, path: str, stand: Stand) -> dict[str, Readings]:
+def _read(config: DictConfig, path: str, model: Model, stand: Stand) -> dict[str, Readings]:
     """The sensors of a file by name; a single one is called 1."""
-    columns, by = names_of(config, "columns", 3), names_of(config, "by")
-    groups = read_groups(path, by, columns, where_of(config), stand)
+    columns, by = channels_of(config, model), names_of(config, "by")
+    groups = read_groups(path, by, columns, where_of(config), stand, tuple(model.needs))
     names = [" ".join(key) or "1" for key in groups]
     if len(set(names)) < len(names):  # as of "a b" and "c" beside "a" and "b c"
         names = [str(key) for key in groups]

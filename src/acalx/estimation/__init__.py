@@ -1,15 +1,16 @@
 """From measurements to a calibrated sensor."""
 
 from acalx.errors import SingularError
-from acalx.estimation.base import Estimate, Estimator
+from acalx.estimation.base import Estimator
 from acalx.estimation.calibration import Calibration
 from acalx.estimation.correction import Correction, read_correction
+from acalx.estimation.estimate import Estimate
+from acalx.estimation.files import read_groups, read_readings
 from acalx.estimation.iterated import Iterated
 from acalx.estimation.linear import Linear
 from acalx.estimation.losses import Bisquare, Huber, Loss, Squares
 from acalx.estimation.procedure import calibrate
-from acalx.estimation.readings import Readings, read_groups, read_readings
-from acalx.estimation.residuals import Magnitude, Oriented, Outputs, Residual
+from acalx.estimation.readings import Readings
 from acalx.estimation.static import StaticIntervals
 from acalx.estimation.units import Unit
 
@@ -23,11 +24,7 @@ __all__ = [
     "Iterated",
     "Linear",
     "Loss",
-    "Magnitude",
-    "Oriented",
-    "Outputs",
     "Readings",
-    "Residual",
     "SingularError",
     "Squares",
     "StaticIntervals",

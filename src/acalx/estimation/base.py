@@ -4,109 +4,26 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
-from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
 from acalx.errors import ArgumentError
+from acalx.estimation.estimate import Estimate, information_of, positive, scale_of
 from acalx.estimation.losses import Loss
-from acalx.estimation.residuals import Residual
-from acalx.models import Model
+from acalx.models import Comparison, Model, compared_by
 from acalx.numerics.arrays import Array
 from acalx.options import is_number, is_whole
 from acalx.quantities.information import Information
 from acalx.quantities.stimulus import Stimulus
 
-__all__ = ["Estimate", "Estimator"]
+__all__ = ["Estimator"]
 
 # Rows of at most this many bytes are worked on at a time: they stay in the processor's cache.
 _CHUNK_BYTES = 2**20
-_MEDIAN_OF_NORMAL = 0.6744897501960817
 # A median jumps from one residual to another, for ever with some readings: the scale of a robust
 # loss follows the residuals for so many steps and is then kept.
 _SCALE_STEPS = 20
 Linearize = Callable[[Array], tuple[Array, Array]]
-
-
-@dataclass(frozen=True, eq=False)
-class Estimate:
-    """Parameters of a sensor, or of a stack of simulated ones, and the readings they come from.
-
-    Parameters
-    ----------
-    model : Model
-    parameters : array (..., p)
-        In g, relative, rad; nan where the positions can't show them.
-    residual : array (..., n)
-    rows : array (..., n, p), or (n, p) where all have the same
-        What the parameters leave of the residuals, and the regressors there; n m of them with m outputs a position.
-    noise : array (n,) or (..., n), optional
-        Standard deviation of each residual, where it is known.
-    loss : Loss
-    converged : array (...)
-        Whether the last step was below the tolerance.
-    iterations : int
-    """
-
-    model: Model
-    parameters: Array
-    residual: Array
-    rows: Array
-    noise: Array | None
-    loss: Loss
-    converged: np.ndarray
-    iterations: int
-
-    @property
-    def freedom(self) -> int:
-        """Degrees of freedom of the residuals, n - p."""
-        return int(self.residual.shape[-1] - self.parameters.shape[-1])
-
-    @cached_property
-    def information(self) -> Information:
-        """H'H, each row divided by the standard deviation of its residual where that is known."""
-        rows = self.rows if self.noise is None else self.rows / self.noise[..., None]
-        return _information(rows, self.model)
-
-    @cached_property
-    def scaled(self) -> Array:
-        """Residuals in units of their known standard deviation, or as they are, (..., n)."""
-        return self.residual if self.noise is None else self.residual / self.noise
-
-    @cached_property
-    def scale(self) -> Array:
-        """Standard deviation of a residual in units of `scaled`, (...): 1 where the noise is known.
-
-        Nan where there are as many parameters as positions.
-        """
-        return _scale(self.scaled, self.freedom, self.loss, self.noise)
-
-    @property
-    def variance(self) -> Array:
-        """Factor (...) that makes inv(H'H) the covariance of the parameters.
-
-        Where the noise is estimated, s^2 (sum psi^2 / (n - p)) / (mean psi')^2, which for
-        squares is the residual variance. Source: Huber, Robust Statistics (1981), chapter 7.
-        """
-        if self.noise is not None:
-            return np.full(self.parameters.shape[:-1], self.loss.variance_factor)
-        if self.freedom <= 0:
-            return np.full(self.parameters.shape[:-1], np.nan)
-        u = self.residual / _positive(self.scale)[..., None]
-        psi = u * self.loss.weight(u)
-        slope = self.loss.slope(u).mean(axis=-1)
-        return np.asarray(self.scale**2 * (psi * psi).sum(axis=-1) / self.freedom / slope**2)
-
-    @property
-    def covariance(self) -> Array:
-        """Covariance of the parameters, (..., p, p); nan where the noise can't be told."""
-        return np.asarray(self.information.covariance * self.variance[..., None, None])
-
-    @property
-    def standard_errors(self) -> Array:
-        """Standard errors of the parameters, (..., p)."""
-        return np.sqrt(self.information.variances * self.variance[..., None])
 
 
 class Estimator(ABC):
@@ -117,15 +34,16 @@ class Estimator(ABC):
     Concrete estimators are frozen dataclasses.
     """
 
-    residual: Residual
+    comparison: Comparison | None
     loss: Loss
     tolerance: float
     iterations: int
 
     def check_options(self) -> None:
         """Raise ArgumentError for an option that is not acceptable."""
-        if not isinstance(self.residual, Residual):
-            raise ArgumentError.of("residual", self.residual, "must be Magnitude(), Oriented() or Outputs()")
+        if self.comparison is not None and not isinstance(self.comparison, Comparison):
+            rule = "must be Magnitude(), Projection() or Outputs(), or None for what the model compares"
+            raise ArgumentError.of("comparison", self.comparison, rule)
         if not isinstance(self.loss, Loss):
             raise ArgumentError.of("loss", self.loss, "must be Squares(), Huber() or Bisquare()")
         if not is_number(self.tolerance) or not 1e-15 <= self.tolerance <= 1e-2:
@@ -133,15 +51,19 @@ class Estimator(ABC):
         if not is_whole(self.iterations) or self.iterations < 1:
             raise ArgumentError.of("iterations", self.iterations, "give a whole number, 1 or more")
 
+    def model_for(self, model: Model) -> Model:
+        """The model with what the estimator compares; CompatibilityError where its readings do not have that."""
+        return compared_by(model, self.comparison)
+
     @abstractmethod
-    def linearization(self, model: Model, measurement: Array, stimulus: Stimulus | None) -> Linearize:
-        """A function from parameters (..., p) to what they leave of the residual, and rows."""
+    def linearization(self, model: Model, readings: Array, known: Stimulus | None) -> Linearize:
+        """A function from parameters (..., p) to what they leave of the residual (..., n m), and rows (..., n m, p)."""
 
     def estimate(
         self,
         model: Model,
-        measurement: Array,
-        stimulus: Stimulus | None = None,
+        readings: Array,
+        known: Stimulus | None = None,
         noise: Array | None = None,
         start: Array | None = None,
     ) -> Estimate:
@@ -150,14 +72,16 @@ class Estimator(ABC):
         Parameters
         ----------
         model : Model
-        measurement : array (..., n, k)
-            Readings of `Model.measurement`, of an accelerometer triad in g.
-        stimulus : arrays (n, 3) or (..., n, 3), optional
-            What the sensor feels, the vertical in its axes, where it is known.
-        noise : array (n,) or (..., n), optional
-            Known standard deviation of each residual; positions then count by its inverse square.
+        readings : array (..., n, k)
+            Of `Model.channels`, each in its unit.
+        known : arrays (n, width) or (..., n, width), optional
+            What is known of the stimulus in each position, in sensor axes.
+        noise : array (n m,) or (..., n m), optional
+            Known standard deviation of each residual in units of the model's noise; residuals then count by its
+            inverse square. None: the sizes of the noises are estimated, and only relative to each other taken
+            from the model.
         start : array (p,) or (..., p), optional
-            Zero if it is not given.
+            Nominal parameters if it is not given.
 
         Returns
         -------
@@ -167,17 +91,46 @@ class Estimator(ABC):
         Raises
         ------
         ArgumentError, CompatibilityError
-            A robust loss with too few positions; a residual that the model does not have.
+            A robust loss with too few positions; a comparison that the readings do not have.
         """
-        self.residual.check(model)
-        *stack, n, width = measurement.shape
+        model = self.model_for(model)
+        noises = model.noises
+        if noise is not None or len(noises.parameters) == 1:
+            return self._estimate(model, readings, known, noise, start, np.zeros(0))
+        return self._with_several_noises(model, readings, known, start)
+
+    def _with_several_noises(
+        self, model: Model, readings: Array, known: Stimulus | None, start: Array | None
+    ) -> Estimate:
+        """Weights from the residuals of each noise, until they stay: they matter where parameters show in several."""
+        n, noises = readings.shape[-2], model.noises
+        of_residuals = np.tile(noises.of_outputs, n)
+        sizes = np.ones((*readings.shape[:-2], len(noises.parameters)))
+        shared = float(noises.parameters.sum()) == len(model.parameters) and not _whole(noises.parameters)
+        for _ in range(_SCALE_STEPS if shared or self.loss.robust else 2):
+            found = self._estimate(model, readings, known, sizes[..., of_residuals], start, sizes)
+            before, sizes, start = sizes, found.sizes_of_noises(noises, of_residuals), found.parameters
+            if np.allclose(sizes, before, rtol=1e-6, equal_nan=True):
+                break
+        return self._estimate(model, readings, known, sizes[..., of_residuals], start, sizes)
+
+    def _estimate(
+        self,
+        model: Model,
+        readings: Array,
+        known: Stimulus | None,
+        noise: Array | None,
+        start: Array | None,
+        sizes: Array,
+    ) -> Estimate:
+        *stack, n, width = readings.shape
         p = len(model.parameters)
         count = n * model.outputs
         self._check_count(count, p, noise)
-        flat = measurement.reshape(-1, n, width)
-        starts = np.broadcast_to(0.0 if start is None else start, (*stack, p)).reshape(-1, p)
-        felt = {} if stimulus is None else {name: _members(array, 2, stack) for name, array in stimulus.quantities()}
-        noises = _members(noise, 1, stack)
+        flat = readings.reshape(-1, n, width)
+        starts = np.broadcast_to(model.nominal if start is None else start, (*stack, p)).reshape(-1, p)
+        felt = {} if known is None else {name: _members(array, known, stack) for name, array in known.items()}
+        noise_of = _each(noise, stack)
         parts: list[tuple[Array, ...]] = []
         iterations = 0
         size = max(1, _CHUNK_BYTES // (count * p * 8))
@@ -185,9 +138,9 @@ class Estimator(ABC):
             for begin in range(0, len(flat), size):
                 part = slice(begin, begin + size)
                 piece = flat[part] if len(flat) == 1 else np.asfortranarray(flat[part])
-                known = Stimulus(**{name: of(part) for name, of in felt.items()}) if felt else None
-                linearize = self.linearization(model, piece, known)
-                x, converged, steps = _descend(linearize, starts[part], self, noises(part), model)
+                of_part = None if known is None else known.made({name: of(part) for name, of in felt.items()})
+                linearize = self.linearization(model, piece, of_part)
+                x, converged, steps = _descend(linearize, starts[part], self, noise_of(part), model)
                 left, rows = linearize(x)
                 parts.append((x, left, rows if rows.ndim > 2 else rows[None], converged))
                 iterations = max(iterations, steps)
@@ -195,7 +148,7 @@ class Estimator(ABC):
         x, left, rows, converged = (np.concatenate(arrays) for arrays in zip(*parts, strict=True))
         x, left, converged = x.reshape((*stack, p)), left.reshape((*stack, count)), converged.reshape(stack)
         rows = rows[0] if shared else rows.reshape((*stack, count, p))
-        return Estimate(model, x, left, rows, noise, self.loss, converged, iterations)
+        return Estimate(model, x, left, rows, noise, self.loss, converged, iterations, sizes)
 
     def _check_count(self, count: int, p: int, noise: Array | None) -> None:
         """Refuse a robust loss that as few residuals as parameters leave nothing to judge by."""
@@ -203,6 +156,10 @@ class Estimator(ABC):
             raise ArgumentError(
                 f"a robust loss needs more positions than the {p} parameters to tell which are far out; got {count}"
             )
+
+
+def _whole(numbers: Array) -> bool:
+    return bool((numbers == np.round(numbers)).all())
 
 
 def _descend(
@@ -213,6 +170,8 @@ def _descend(
     while (first := losses[0].first) is not None:
         losses.insert(0, first)
     x, iterations = start, 0
+    prior = model.prior_information
+    informed = bool(prior.any())
     converged = np.zeros(len(x), dtype=bool)
     for loss in losses:
         scale = np.ones(len(x))
@@ -220,9 +179,11 @@ def _descend(
             residual, rows = linearize(x)
             if noise is not None:
                 residual, rows = residual / noise, rows / noise[..., None]
-            if loss.robust and count < _SCALE_STEPS:
-                scale = _positive(_scale(residual, residual.shape[-1] - x.shape[-1], loss, noise))
-            step = _step(residual, rows, loss, scale, model)
+            if (loss.robust or (informed and noise is None)) and count < _SCALE_STEPS:
+                freedom = residual.shape[-1] - x.shape[-1] + int(np.count_nonzero(prior))
+                scale = positive(scale_of(residual, freedom, loss, noise))
+            before = scale[..., None] ** 2 * prior if informed else None
+            step = _step(residual, rows, loss, scale, model, before, model.nominal - x)
             x = x + step
             iterations += 1
             size = np.abs(step).max(axis=-1)
@@ -232,44 +193,37 @@ def _descend(
     return x, converged, iterations
 
 
-def _step(residual: Array, rows: Array, loss: Loss, scale: Array, model: Model) -> Array:
-    """Least squares of a residual (T, n) on rows (n, p) or (T, n, p), weighted by a loss of that scale (T,)."""
+def _step(
+    residual: Array, rows: Array, loss: Loss, scale: Array, model: Model, prior: Array | None, back: Array
+) -> Array:
+    """Least squares of a residual (T, n) on rows (n, p) or (T, n, p), weighted by a loss of that scale (T,).
+
+    With information (T, p) that is there before, towards where `back` (T, p) leads.
+    """
     if loss.robust:
         root = np.sqrt(loss.weight(residual / scale[..., None]))
         residual, rows = residual * root, rows * root[..., None]
-    information = _information(rows, model)
+    information = information_of(rows, model)
     pull = residual @ rows if rows.ndim == 2 else np.einsum("...n,...nj->...j", residual, rows)
+    if prior is not None:
+        information = Information(information.matrix + prior[..., None] * np.eye(prior.shape[-1]), model.parameters)
+        pull = pull + prior * back
     return information.solve(pull)
 
 
-def _information(rows: Array, model: Model) -> Information:
-    """H'H of rows (..., n, p): along the stack where that is first in memory, else member by member."""
-    if rows.flags.f_contiguous and not rows.flags.c_contiguous:
-        return Information.from_regressors(rows[..., None, :], model.parameters)
-    return Information(rows.swapaxes(-1, -2) @ rows, model.parameters)
-
-
-def _scale(scaled: Array, freedom: int, loss: Loss, noise: Array | None) -> Array:
-    """Standard deviation of residuals (..., n): 1 if known, root mean square, or median deviation."""
-    if noise is not None:
-        return np.ones(scaled.shape[:-1])
-    if freedom <= 0:
-        return np.full(scaled.shape[:-1], np.nan)
-    if not loss.robust:
-        return np.asarray(np.sqrt((scaled * scaled).sum(axis=-1) / freedom))
-    share = np.sqrt(scaled.shape[-1] / freedom)  # fitted residuals are smaller than the noise
-    return np.asarray(np.median(np.abs(scaled), axis=-1) / _MEDIAN_OF_NORMAL * share)
-
-
-def _positive(scale: Array) -> Array:
-    """Where everything fits exactly nothing is far out."""
-    return np.maximum(scale, np.finfo(float).tiny)
-
-
-def _members(array: Array | None, own: int, stack: list[int]) -> Callable[[slice], Array | None]:
-    """Gives the part of an array that belongs to some members of the stack; all of it where they share it."""
-    if array is None or array.ndim == own:
+def _members(array: Array, known: Stimulus, stack: list[int]) -> Callable[[slice], Array]:
+    """Gives the part of a known quantity that belongs to some members of the stack; all of it where they share it."""
+    own = 2 if known.weights is None else 3
+    if array.ndim == own:
         return lambda part: array
     shape = array.shape[-own:]
     flat = np.broadcast_to(array, (*stack, *shape)).reshape(-1, *shape)
+    return lambda part: flat[part]
+
+
+def _each(noise: Array | None, stack: list[int]) -> Callable[[slice], Array | None]:
+    """The same of what is known of the noise."""
+    if noise is None or noise.ndim == 1:
+        return lambda part: noise
+    flat = np.broadcast_to(noise, (*stack, noise.shape[-1])).reshape(-1, noise.shape[-1])
     return lambda part: flat[part]

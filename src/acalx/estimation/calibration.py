@@ -8,18 +8,33 @@ from typing import Any, final
 
 import numpy as np
 
-from acalx.estimation.base import Estimate
-from acalx.estimation.correction import Correction
+from acalx.errors import CompatibilityError
+from acalx.estimation.correction import Correctly, correction_of
+from acalx.estimation.estimate import Estimate
 from acalx.estimation.readings import Readings
 from acalx.estimation.units import Unit
-from acalx.models import ScalarAccel
+from acalx.models import Model
 from acalx.numerics.arrays import Array
 
-__all__ = ["CONFIDENCE", "Calibration"]
+__all__ = ["CONFIDENCE", "Calibration", "suffix", "unit_of_residuals"]
 
 CONFIDENCE = 0.95
+# What residuals are in that have no unit of their own.
+OF_MODEL = "times the model's noise"
 # A parameter is called hardly shown where its standard deviation is so many times the noise's.
 _HARDLY_SHOWN = 30.0
+
+
+def unit_of_residuals(model: Model) -> str:
+    """What residuals are in, as names in files end: the channels' unit where that, with noise 1, is all they have."""
+    alike = {(channel.unit, channel.noise) for channel in model.channels}
+    unit, noise = alike.pop() if len(alike) == 1 else (OF_MODEL, 1.0)
+    return suffix(unit if noise == 1.0 else OF_MODEL)
+
+
+def suffix(unit: str) -> str:
+    """A unit as the end of a name in files: ``deg_s`` of deg/s."""
+    return "relative" if unit == OF_MODEL else "".join(c if c.isalnum() else "_" for c in unit).strip("_") or "1"
 
 
 @final
@@ -29,7 +44,8 @@ class Calibration:
 
     Parameters
     ----------
-    model : ScalarAccel
+    model : Model
+        As it was compared.
     readings : Readings
     unit : Unit
         With `per_g` as found where it was not known.
@@ -38,33 +54,67 @@ class Calibration:
         Of the intervals; positions are called outlying at the complement, shared by all positions.
     """
 
-    model: ScalarAccel
+    model: Model
     readings: Readings
     unit: Unit
     estimate: Estimate
     confidence: float = CONFIDENCE
 
-    @property
-    def correction(self) -> Correction:
-        """The matrix and the offset that make readings right."""
-        bias, matrix = self.model.split(self.estimate.parameters)
-        per_g = self.per_g
-        return Correction(
-            np.asarray(np.linalg.inv(matrix) / per_g, dtype=float), self.unit.offset + per_g * bias, self.unit.name
-        )
+    @cached_property
+    def correction(self) -> Correctly:
+        """What makes readings right: a matrix and an offset where these do."""
+        per = self.unit.per_channel(self.model.channels)
+        return correction_of(self.model, self.estimate.parameters, per, self.unit.offset, self.unit.name or "")
 
-    @property
-    def per_g(self) -> float:
-        """Units of the readings that are 1 g, to which the parameters refer."""
-        assert self.unit.per_g is not None  # found, where it was not given
-        return self.unit.per_g
+    @cached_property
+    def corrected(self) -> Array | None:
+        """The readings made right, (n, k); None where what that takes is not known."""
+        known = self.readings.stimulus
+        there = self.correction.needs
+        if there and (known is None or not set(there) <= set(known)):
+            return None
+        return self.correction.apply(self.readings.means, known)
+
+    @cached_property
+    def noises(self) -> dict[str, float]:
+        """Standard deviations of the residuals by what they are in, estimated, or the mean square of the known ones.
+
+        In the unit of the channels where these have the same noise; otherwise in units of the model's noise.
+        """
+        kinds, estimate = self.model.noises, self.estimate
+        if estimate.sizes.size:
+            sizes = estimate.sizes
+        elif estimate.noise is not None:
+            sizes = np.array([np.sqrt(np.mean(estimate.noise**2))])
+        else:
+            sizes = np.array([float(estimate.scale)])
+        found: dict[str, float] = {}
+        for k, size in enumerate(sizes):
+            unit, one = self._of_noise(k if len(sizes) == len(kinds.parameters) else None)
+            name = unit if unit not in found else f"{unit} ({k + 1})"
+            found[name] = float(size * one)
+        return found
 
     @property
     def noise(self) -> float:
-        """Standard deviation of the residuals in g: estimated, or the mean square of the known ones."""
-        if self.estimate.noise is not None:
-            return float(np.sqrt(np.mean(self.estimate.noise**2)))
-        return float(self.estimate.scale)
+        """The standard deviation of the residuals where they have one noise: see `noises`.
+
+        Raises
+        ------
+        CompatibilityError
+            Where they have several.
+        """
+        if len(self.noises) > 1:
+            raise CompatibilityError(f"there is a noise for each of {', '.join(self.noises)}: see noises")
+        return next(iter(self.noises.values()))
+
+    def _of_noise(self, number: int | None) -> tuple[str, float]:
+        """Unit of the residuals with that noise, and how large the model says it is."""
+        channels = self.model.channels
+        if number is not None and len(channels) == self.model.outputs:
+            channels = tuple(c for c, k in zip(channels, self.model.noises.of_outputs, strict=True) if k == number)
+        alike = {(channel.unit, channel.noise) for channel in channels}
+        return alike.pop() if len(alike) == 1 else (OF_MODEL, 1.0)
 
     @property
     def half_widths(self) -> Array:
@@ -72,23 +122,22 @@ class Calibration:
         from scipy.special import ndtri, stdtrit
 
         tail = 0.5 * (1.0 + self.confidence)
-        freedom = self.estimate.freedom
-        if self.estimate.noise is not None:
+        if self.estimate.known:
             return np.asarray(ndtri(tail) * self.estimate.standard_errors)
-        if freedom == 0:
-            return np.full(self.estimate.parameters.shape, np.nan)
-        return np.asarray(stdtrit(freedom, tail) * self.estimate.standard_errors)
+        freedoms = self.estimate.freedoms
+        quantiles = stdtrit(np.maximum(freedoms, 1e-9), tail)
+        return np.where(freedoms > 0, quantiles * self.estimate.standard_errors, np.nan)
 
     @cached_property
     def leverage(self) -> Array:
-        """How much of its own residual each position fits away, (n,): 1 is all of it, the sum is p."""
+        """How much of itself each residual fits away, (n m,): 1 is all of it; the sum is p, or less with a prior."""
         rows, noise = self.estimate.rows, self.estimate.noise
         rows = rows if noise is None else rows / noise[:, None]
         return np.asarray(np.einsum("np,pq,nq->n", rows, self.estimate.information.covariance, rows))
 
     @cached_property
     def studentized(self) -> Array:
-        """Residuals in units of their own standard deviation, (n,); nan where nothing is left to judge by.
+        """Residuals in units of their own standard deviation, (n m,); nan where nothing is left to judge by.
 
         Where the noise is estimated by least squares each position is judged by the scatter of
         the others. Source: Cook and Weisberg, Residuals and Influence in Regression (1982).
@@ -117,39 +166,43 @@ class Calibration:
 
         size = -np.abs(np.nan_to_num(self.studentized))
         freedom = self.estimate.freedom - (0 if self.estimate.loss.robust else 1)
-        tail = ndtr(size) if self.estimate.noise is not None else stdtr(max(freedom, 1), size)
-        return [int(k) + 1 for k in np.flatnonzero(2.0 * tail * self.readings.n < 1.0 - self.confidence)]
+        tail = ndtr(size) if self.estimate.known else stdtr(max(freedom, 1), size)
+        far = 2.0 * tail * len(size) < 1.0 - self.confidence
+        return [int(k) + 1 for k in np.flatnonzero(far.reshape(self.readings.n, -1).any(axis=1))]
 
     @property
     def chi_square(self) -> dict[str, float] | None:
         """Test of fit where the noise is known: the sum of squares, its freedom, the probability of more."""
         from scipy.special import chdtrc
 
-        if self.estimate.noise is None or self.estimate.freedom == 0:
+        if not self.estimate.known or self.estimate.freedom <= 0:
             return None
         value, freedom = float((self.estimate.scaled**2).sum()), self.estimate.freedom
         return {"value": value, "freedom": freedom, "probability": float(chdtrc(freedom, value))}
 
     def summary(self) -> str:
-        """One line on the noise in mg, whether it was known, and the test of fit."""
+        """One line on the noise, whether it was known, and the test of fit."""
         freedom, test = self.estimate.freedom, self.chi_square
-        text = f"{self.readings.n} positions, noise {1e3 * self.noise:.4g} mg"
+        noises = (f"{1e3 * size:.4g} mg" if unit == "g" else f"{size:.4g} {unit}" for unit, size in self.noises.items())
+        text = f"{self.readings.n} positions, noise {', '.join(noises)}"
         if test is not None:
             return (
-                f"{text} (known); chi-square {test['value']:.4g} for {freedom}, probability {test['probability']:.3g}"
+                f"{text} (known); chi-square {test['value']:.4g} for {freedom:g}, probability {test['probability']:.3g}"
             )
-        if self.estimate.noise is not None:
+        if self.estimate.known:
             return f"{text} (known)"
-        return f"{text} (estimated, {freedom} degrees of freedom)" if freedom else f"{self.readings.n} positions"
+        told = f"{text} (estimated, {freedom:.4g} degrees of freedom)"
+        return told if freedom > 0 else f"{self.readings.n} positions"
 
     def remarks(self) -> list[str]:
         """What somebody who relies on the calibration should know."""
         found = []
         estimate, n = self.estimate, self.readings.n
-        if estimate.freedom == 0 and estimate.noise is None:
+        if estimate.freedom <= 0 and not estimate.known:
+            unit = next(iter(self.noises))
             found.append(
-                f"{n} positions for {n} parameters leave no residuals: nothing tells the noise, so there are no "
-                "standard errors; give noise=NUMBER in g or more positions"
+                f"{n} positions for {len(estimate.parameters)} parameters leave no residuals: nothing tells the noise, "
+                f"so there are no standard errors; give noise=NUMBER in {unit} or more positions"
             )
         deviations = estimate.information.standard_deviations / self._unit_noise
         weak = [
@@ -172,7 +225,27 @@ class Calibration:
 
     @property
     def _unit_noise(self) -> float:
-        return 1.0 if self.estimate.noise is None else self.noise
+        """The size of the noise that standard deviations come in, in units of the model's."""
+        noise = self.estimate.noise
+        return 1.0 if noise is None else float(np.sqrt(np.mean(noise**2)))
+
+    @property
+    def size_of_residuals(self) -> float:
+        """How large the model's noise is in the unit that `noises` has for it, where there is one of them."""
+        return self._of_noise(None)[1]
+
+    @property
+    def figures(self) -> dict[str, Any]:
+        """Noise, and root mean square and standard deviation of the residuals, for files; names have the unit."""
+        residual, (unit, *others) = self.estimate.residual, self.noises
+        if others:
+            return {"noise": self.noises, "residual_rms": float(np.sqrt(np.mean(self.estimate.scaled**2)))}
+        size, tail = self.size_of_residuals, suffix(unit)
+        return {
+            f"noise_{tail}": self.noises[unit],
+            f"residual_rms_{tail}": size * float(np.sqrt(np.mean(residual**2))),
+            f"residual_deviation_{tail}": size * float(np.std(residual)),
+        }
 
     def entries(self) -> dict[str, Any]:
         """Correction, parameters with standard errors and intervals, and tests of fit, for calibration.json."""
@@ -198,10 +271,8 @@ class Calibration:
             "correlations": estimate.information.correlations,
             "unit": {"name": self.unit.name, "per_g": self.unit.per_g, "offset": self.unit.offset},
             "positions": self.readings.n,
-            "noise_g": self.noise,
-            "noise_known": estimate.noise is not None,
-            "residual_rms_g": float(np.sqrt(np.mean(estimate.residual**2))),
-            "residual_deviation_g": float(np.std(estimate.residual)),
+            **self.figures,
+            "noise_known": estimate.known,
             "freedom": estimate.freedom,
             "chi_square": self.chi_square,
             "outlying": self.outlying,

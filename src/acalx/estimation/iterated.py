@@ -7,8 +7,7 @@ from typing import final
 
 from acalx.estimation.base import Estimator, Linearize
 from acalx.estimation.losses import Loss, Squares
-from acalx.estimation.residuals import Magnitude, Residual
-from acalx.models import Model
+from acalx.models import Comparison, Model
 from acalx.numerics.arrays import Array
 from acalx.quantities.stimulus import Stimulus
 
@@ -18,22 +17,23 @@ __all__ = ["Iterated"]
 @final
 @dataclass(frozen=True)
 class Iterated(Estimator):
-    """Least squares of the whole residual, |inv(A) (W - bias)| - 1, not of its linear model.
+    """Least squares of the whole residual, as |inv(A) (W - bias)| - 1 of a magnitude, not of its linear model.
 
-    Right whatever the size of the errors is, and of the orientation it needs nothing. The first
-    step from zero is that of `Linear`; three or four more reach rounding.
+    Right whatever the size of the errors is. The first step from a sensor without errors is that of `Linear`;
+    three or four more reach rounding.
 
     Parameters
     ----------
-    residual : Residual
+    comparison : Comparison, optional
+        Instead of what the model compares.
     loss : Loss
     tolerance : float
-        Steps end where they are smaller, in g, relative and rad.
+        Steps end where they are smaller, in the units of the parameters.
     iterations : int
         Most steps.
     """
 
-    residual: Residual = field(default_factory=Magnitude)
+    comparison: Comparison | None = None
     loss: Loss = field(default_factory=Squares)
     tolerance: float = 1e-10
     iterations: int = 200
@@ -41,10 +41,10 @@ class Iterated(Estimator):
     def __post_init__(self) -> None:
         self.check_options()
 
-    def linearization(self, model: Model, measurement: Array, stimulus: Stimulus | None) -> Linearize:
+    def linearization(self, model: Model, readings: Array, known: Stimulus | None) -> Linearize:
         """The residual itself, and its derivatives, at whatever the parameters are."""
 
         def linearize(parameters: Array) -> tuple[Array, Array]:
-            return self.residual.at(model, parameters, measurement, stimulus)
+            return model.residual(parameters, readings, known)
 
         return linearize

@@ -1,51 +1,58 @@
-"""From readings in static positions to a calibrated sensor."""
+"""From readings in a number of positions to a calibrated sensor."""
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
-from acalx.errors import ArgumentError, DataError, Option, SingularError
-from acalx.estimation.base import Estimate, Estimator
+from acalx.errors import ArgumentError, CompatibilityError, DataError, Option, SingularError
+from acalx.estimation.base import Estimator
 from acalx.estimation.calibration import CONFIDENCE, Calibration
+from acalx.estimation.estimate import Estimate
 from acalx.estimation.iterated import Iterated
+from acalx.estimation.plausible import OF_LENGTH_ONE, check_positions, question_magnitude
 from acalx.estimation.readings import Readings
-from acalx.estimation.sphere import starting_point
 from acalx.estimation.units import Unit
-from acalx.models import ScalarAccel
+from acalx.models import Model, ScalarAccel, as_model
 from acalx.numerics.arrays import Array
+from acalx.numerics.sphere import fit_sphere
 from acalx.options import is_number, require_confidence, require_part
 from acalx.quantities.information import Information
 from acalx.quantities.parameter import parameter_groups
+from acalx.quantities.stimulus import Stimulus
+from acalx.sensors import Sensor
 
-__all__ = ["calibrate", "noise_of"]
+__all__ = ["calibrate", "prepared", "require_known", "starting_point"]
 
 # Measured positions are never quite those of a program: coefficients as small as their errors say nothing.
 _SHOWN_COEFFICIENT = 0.05
-_MODEL, _ESTIMATOR, _UNIT = ScalarAccel(), Iterated(), Unit()
+_MODEL, _ESTIMATOR = ScalarAccel(), Iterated()
 
 
 def calibrate(
     readings: Readings | Array,
-    model: ScalarAccel = _MODEL,
+    model: Model | Sensor = _MODEL,
     estimator: Estimator = _ESTIMATOR,
-    unit: Unit = _UNIT,
+    unit: Unit | None = None,
     noise: float | str | None = None,
     confidence: float = CONFIDENCE,
 ) -> Calibration:
-    """Calibrate a triad from static positions.
+    """Calibrate a sensor from what it read in a number of positions.
 
     Parameters
     ----------
-    readings : Readings, or array (n, 3) of their means
-        In the sensor's unit.
-    model : ScalarAccel
-        Its groups of parameters are those that are estimated.
+    readings : Readings, or array (n, k) of their means
+        In the sensor's unit, with what is known of each position where the model's comparison takes that.
+    model : Model or Sensor
+        Its parameters are those that are estimated; of a sensor the outputs are compared.
     estimator : Estimator
-    unit : Unit
-        Of the readings. Where it says how many are 1 g, a mean magnitude far from that is refused.
-    noise : float in g, ``"columns"``, or None
-        Standard deviation of the residuals: known, from the deviations and counts of the
-        readings, or estimated from the residuals.
+    unit : Unit, optional
+        Of the readings; that of the sensor's channels where it is not given. Where it says how many are 1 g, a mean
+        magnitude far from that is refused.
+    noise : float, ``"columns"``, or None
+        Standard deviation of the residuals as a multiple of the model's noise, which for `ScalarAccel` is in g:
+        known, from the deviations and counts of the readings, or estimated from the residuals.
     confidence : float
         Of intervals and of the tests.
 
@@ -54,35 +61,47 @@ def calibrate(
     SingularError
         Positions that can't show all the parameters, with the combinations.
     DataError
-        Readings that can't be used.
-    ArgumentError
-        Options that can't.
+        Readings that can't be used, or of which too little is known.
+    ArgumentError, CompatibilityError
+        Options that can't; a comparison that the readings do not have.
     """
-    _require_parts(model, estimator, unit)
+    require_part("estimator", estimator, Estimator)
     require_confidence(confidence)
+    model = estimator.model_for(as_model(model))
+    unit = prepared(model, unit)
     readings = Readings.of(readings)
-    estimator.residual.check(model)
-    _check_positions(readings)
-    if estimator.residual.needs_directions and readings.directions is None:
-        estimator.residual.linearized(model, readings.means, None)  # says what is missing
-    start, units = starting_point(readings.means - unit.offset, model, unit.per_g)
-    per_g = float(units)
-    if unit.per_g is not None:
-        _question_magnitude(readings, unit)
-    _check_shown(readings, model, estimator, start, (readings.means - unit.offset) / per_g)
-    estimate = _estimate(readings, model, estimator, per_g, unit.offset, noise, start)
+    require_known(readings, model)
+    check_positions(readings)
+    start, per = starting_point(readings.means - unit.offset, readings.stimulus, model, unit)
+    question_magnitude(readings, model, unit)
+    _check_shown(readings, model, estimator, start, (readings.means - unit.offset) / per)
+    estimate = _estimate(readings, model, estimator, per, unit.offset, noise, start)
     if unit.per_g is None:  # once more, with scale errors that are relative to their mean
         mean = 1.0 + float(np.mean(estimate.parameters[parameter_groups(model.parameters)["scale"]]))
         start = _relative_to(estimate.parameters, model, mean)
-        per_g *= mean
-        estimate = _estimate(readings, model, estimator, per_g, unit.offset, noise, start)
-    return Calibration(model, readings, Unit(unit.name, per_g, unit.offset), estimate, confidence)
+        per = per * mean
+        estimate = _estimate(readings, model, estimator, per, unit.offset, noise, start)
+        unit = replace(unit, per_g=float(per[0]))
+    return Calibration(model, readings, unit, estimate, confidence)
 
 
-def _require_parts(model: ScalarAccel, estimator: Estimator, unit: Unit) -> None:
-    for name, part, kind in (("model", model, ScalarAccel), ("estimator", estimator, Estimator), ("unit", unit, Unit)):
-        require_part(name, part, kind)
-    if unit.per_g is None and "scale" not in model.groups:
+def prepared(model: Model, unit: Unit | None) -> Unit:
+    """The unit of the readings of a model; ArgumentError where it is none, or can't be found from them."""
+    unit = Unit(None) if unit is None else unit
+    require_part("unit", unit, Unit)
+    unit = unit.named_for(model.channels)
+    if unit.per_g is not None:
+        unit.per_channel(model.channels)  # says what is missing
+        return unit
+    if not model.by_length:
+        raise CompatibilityError(
+            "the scale is not known ({unknown}), and {model} is not compared by a magnitude that would tell it: give "
+            "{number}",
+            unknown=Option("per_g", None),
+            model=model.called,
+            number=Option("per_g", "NUMBER", "NUMBER"),
+        )
+    if "scale" not in parameter_groups(model.parameters):
         raise ArgumentError(
             "the scale is not known ({unknown}), so it has to be among the parameters that are estimated: "
             "give {groups} or {number}",
@@ -90,10 +109,55 @@ def _require_parts(model: ScalarAccel, estimator: Estimator, unit: Unit) -> None
             groups=Option("groups", ["...", "scale"], '(..., "scale")'),
             number=Option("per_g", "NUMBER", "NUMBER"),
         )
+    return unit
 
 
-def noise_of(readings: Readings, noise: float | str | None, per_g: float, directions: Array) -> Array | None:
-    """Known standard deviation of each residual in g, (n,); None where it is to be estimated."""
+def starting_point(means: Array, known: Stimulus | None, model: Model, unit: Unit) -> tuple[Array, Array]:
+    """Parameters (..., p) to start from, and how many units are one of each channel's, (..., k), for (..., n, k)."""
+    if unit.per_g is not None:
+        per = unit.per_channel(model.channels)
+        return model.start(means / per, known), per
+    if "bias" in parameter_groups(model.parameters):
+        _, radius = fit_sphere(means)
+    else:
+        radius = np.linalg.norm(means, axis=-1).mean(axis=-1)
+    per = np.repeat(radius[..., None], means.shape[-1], axis=-1)
+    return model.start(means / per[..., None, :], known), per
+
+
+def require_known(readings: Readings, model: Model) -> None:
+    """Raise DataError where the readings have other channels than the model, or do not say what it must know."""
+    channels = model.channels
+    if readings.means.shape[1] != len(channels):
+        raise DataError(
+            "{name}: {width} columns of readings, but model {model} has {k} channels: {channels}",
+            name=readings.name,
+            width=readings.means.shape[1],
+            model=model.called,
+            k=len(channels),
+            channels=", ".join(f"{channel.name} in {channel.unit}" for channel in channels),
+        )
+    known = () if readings.stimulus is None else tuple(readings.stimulus)
+    missing = [name for name in model.knows if name not in known]
+    if missing:
+        force = missing == ["specific_force"]
+        columns = "eta_x, eta_y, eta_z" if force else ", ".join(f"{name}_x, ..." for name in missing)
+        raise DataError(
+            "{name}: what is compared of {model} needs the {missing} in each position: give the settings of the stand "
+            "in columns such as alpha1_deg, alpha2_deg, or {columns}, or compare the magnitude",
+            name=readings.name,
+            model=model.called,
+            missing=" and the ".join(_words(name) for name in missing),
+            columns=columns,
+        )
+
+
+def _words(quantity: str) -> str:
+    return "direction of the vertical" if quantity == "specific_force" else quantity.replace("_", " ")
+
+
+def noise_of(readings: Readings, noise: float | str | None, model: Model, start: Array, per: Array) -> Array | None:
+    """Known standard deviation of each residual in units of the model's noise, (n m,); None where it is estimated."""
     if noise is None:
         return None
     if noise == "columns":
@@ -103,12 +167,15 @@ def noise_of(readings: Readings, noise: float | str | None, per_g: float, direct
                 name=readings.name,
                 asked=Option("noise", noise),
             )
-        variances = (directions**2 * readings.deviations**2).sum(axis=-1) / readings.counts
-        if not (variances > 0).all():
-            k = int(np.argmin(variances))
+        own = readings.deviations / np.sqrt(readings.counts)[:, None] / per
+        sizes = model.residual_deviations(start, readings.means / per, readings.stimulus, own)
+        if not (sizes > 0).all():
+            k = int(np.argmin(sizes)) // model.outputs
             raise DataError(f"{readings.name}: position {k + 1} has standard deviations of zero; noise can't be that")
-        return np.asarray(np.sqrt(variances) / per_g)
-    if not is_number(noise) or not 0.0 < noise < 1.0:
+        return sizes
+    # of what has length one, in units of that, a noise as large is a slip
+    most = 1.0 if all(channel.unit in OF_LENGTH_ONE and channel.noise == 1.0 for channel in model.channels) else 1e6
+    if not is_number(noise) or not 0.0 < noise < most:
         raise ArgumentError(
             "{given}: give the standard deviation of a position's mean in g, such as 1e-4, "
             "{columns} to take it from the file, or {unknown} to estimate it",
@@ -116,24 +183,21 @@ def noise_of(readings: Readings, noise: float | str | None, per_g: float, direct
             columns=Option("noise", "columns"),
             unknown=Option("noise", None),
         )
-    return np.full(readings.n, float(noise))
+    return np.full(readings.n * model.outputs, float(noise))
 
 
 def _estimate(
     readings: Readings,
-    model: ScalarAccel,
+    model: Model,
     estimator: Estimator,
-    per_g: float,
+    per: Array,
     offset: float,
     noise: float | str | None,
     start: Array,
 ) -> Estimate:
-    measurement = (readings.means - offset) / per_g
-    bias, _ = model.split(start)
-    felt = measurement - bias
-    directions = felt / np.linalg.norm(felt, axis=-1, keepdims=True)
-    known = noise_of(readings, noise, per_g, directions)
-    estimate = estimator.estimate(model, measurement, readings.stimulus, known, start)
+    moved = replace(readings, means=readings.means - offset)
+    known = noise_of(moved, noise, model, start, per)
+    estimate = estimator.estimate(model, moved.means / per, readings.stimulus, known, start)
     if not estimate.converged:
         raise DataError(
             f"{readings.name}: the estimate did not settle in {estimator.iterations} steps; "
@@ -142,7 +206,7 @@ def _estimate(
     return estimate
 
 
-def _relative_to(parameters: Array, model: ScalarAccel, mean: float) -> Array:
+def _relative_to(parameters: Array, model: Model, mean: float) -> Array:
     """The same sensor, in a unit that is `mean` times as large."""
     scale = parameter_groups(model.parameters)["scale"]
     out = parameters / mean
@@ -150,50 +214,19 @@ def _relative_to(parameters: Array, model: ScalarAccel, mean: float) -> Array:
     return out
 
 
-def _check_positions(readings: Readings) -> None:
-    if readings.n == 1:
-        raise DataError(f"{readings.name}: a single position; a calibration needs several, turned differently")
-    nothing = np.flatnonzero((readings.means == 0.0).all(axis=1))
-    if len(nothing):
-        raise DataError(f"{readings.name}: position {nothing[0] + 1} reads 0, 0, 0; is it missing?")
-    spread = np.ptp(readings.means, axis=0).max()
-    if spread <= 1e-3 * np.abs(readings.means).max():
-        raise DataError(f"{readings.name}: all {readings.n} positions read the same; turn the sensor between them")
-
-
-def _question_magnitude(readings: Readings, unit: Unit) -> None:
-    """Refuse readings that can't be in the unit that they are said to be in."""
-    per_g = unit.per_g
-    assert per_g is not None  # nothing to question where it is to be found
-    lengths = np.linalg.norm(readings.means - unit.offset, axis=1)
-    mean = float(lengths.mean())
-    if 0.7 < mean / per_g < 1.4:
-        return
-    meters, g = Option("unit", "m_s2", 'Unit("m/s^2", 9.80665)'), Option("unit", "g", "Unit()")
-    guess = "m/s^2 ({meters})" if 7.0 < mean < 13.0 else "g ({g})" if 0.7 < mean < 1.4 else "counts, {mean:.4g} a g"
-    raise DataError(
-        "{name}: the mean magnitude is {mean:.5g}, but 1 g should read {per_g:.6g} {unit}; "
-        f"is the unit right? This looks like {guess}. Nothing is scaled silently: give the right unit, "
-        "or {counts} {unknown} to have the scale found",
-        name=readings.name,
-        mean=mean,
-        per_g=per_g,
-        unit=unit.name,
-        meters=meters,
-        g=g,
-        counts=Option("unit", "counts", 'Unit("counts", None),'),
-        unknown=Option("unit.per_g", None),
-    )
-
-
-def _check_shown(readings: Readings, model: ScalarAccel, estimator: Estimator, start: Array, felt: Array) -> None:
-    _, rows = estimator.linearization(model, felt[None], readings.stimulus)(start[None])
+def _check_shown(readings: Readings, model: Model, estimator: Estimator, start: Array, felt: Array) -> None:
+    known = readings.stimulus
+    _, rows = estimator.linearization(model, felt[None], known)(start[None])
     rows = np.broadcast_to(rows, (1, *rows.shape[-2:]))[0]
-    unseen = Information.from_regressors(rows[:, None, :], model.parameters).inestimable(_SHOWN_COEFFICIENT)
+    information = model.with_prior(Information.from_regressors(rows[:, None, :], model.parameters))
+    unseen = information.inestimable(_SHOWN_COEFFICIENT)
     if unseen:
+        several = len(parameter_groups(model.parameters)) > 1
         raise SingularError(
             "{name}: {n} positions can't estimate all the {count} parameters; they can't see: {unseen}. "
-            "Visit more positions, or estimate fewer groups, as in {fewer}",
+            "Visit more positions, or estimate fewer groups, as in {fewer}"
+            if several
+            else "Visit more positions",
             unseen,
             name=readings.name,
             n=readings.n,

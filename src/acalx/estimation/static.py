@@ -12,7 +12,8 @@ import numpy as np
 
 from acalx.errors import ArgumentError, DataError, Option
 from acalx.estimation.blocks import Blocks, Interval, Run
-from acalx.estimation.readings import AXES, Readings, data_file, find_columns
+from acalx.estimation.files import AXES, data_file, find_columns
+from acalx.estimation.readings import Readings
 from acalx.files import CsvFile
 from acalx.numerics.arrays import Array
 from acalx.options import is_number
@@ -164,9 +165,9 @@ class StaticIntervals:
             count = len(rest) // size
             samples = rest[: count * size].reshape(count, size, len(names))
             rest = rest[count * size :]
-            times = samples[..., 3] if timed else (done + np.arange(count * size).reshape(count, size)) / rate
+            times = samples[..., -1] if timed else (done + np.arange(count * size).reshape(count, size)) / rate
             done += count * size
-            yield Blocks.of(times, samples[..., :3])
+            yield Blocks.of(times, samples[..., : len(columns)])
 
     def _windows(
         self, file: CsvFile, columns: Sequence[str], size: int, width: int, rate: float

@@ -1,11 +1,11 @@
-"""The interface of a measurement model: which parameters, and the regressors that show them."""
+"""The interface of a model: which parameters are to be estimated, and the regressors that show them."""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
-from dataclasses import fields, replace
-from typing import Protocol
+from collections.abc import Iterable, Mapping
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Protocol
 
 import numpy as np
 
@@ -13,9 +13,38 @@ from acalx.errors import CompatibilityError, Option
 from acalx.numerics.arrays import Array
 from acalx.quantities.information import Information
 from acalx.quantities.parameter import Parameter
-from acalx.quantities.stimulus import Stimulus
+from acalx.quantities.stimulus import Stimulus, conversion
+from acalx.sensors.base import Channel, differences
 
-__all__ = ["Model"]
+if TYPE_CHECKING:
+    from acalx.models.comparisons import Comparison
+
+__all__ = ["Model", "Noises", "noises_of"]
+
+
+class Noises(NamedTuple):
+    """Residuals by the size of their noise, which is estimated for each where it is not known.
+
+    Parameters
+    ----------
+    of_outputs : array (m,) of int
+        The number, from 0, of the noise of each residual of a position.
+    parameters : array (g,)
+        How many parameters are fitted to the residuals of each.
+    """
+
+    of_outputs: np.ndarray
+    parameters: Array
+
+
+def noises_of(of_outputs: np.ndarray, touched: np.ndarray) -> Noises:
+    """Noises from the number of each output, (m,), and which outputs each parameter shows in, (m, p).
+
+    A parameter that shows in residuals of several is shared out between them.
+    """
+    count = int(of_outputs.max()) + 1
+    shows = np.stack([touched[of_outputs == k].any(axis=0) for k in range(count)])
+    return Noises(of_outputs, (shows / np.maximum(shows.sum(axis=0), 1)).sum(axis=1))
 
 
 class _Stand(Protocol):
@@ -25,11 +54,15 @@ class _Stand(Protocol):
 
 
 class Model(ABC):
-    """A sensor with p error parameters and m outputs in each position, linear in the parameters.
+    """What is compared in each position, linear in the errors: m residuals for p parameters.
 
-    A new model gives `parameters`, `outputs`, `needs` and `regressors`; the derivative is then
-    numerical until it is given exactly. Concrete models are frozen dataclasses.
+    As a rule a sensor and what of its readings is compared make a model, `Compared`. One that is given by
+    `parameters`, `needs` and `regressors` alone has readings that are linear in its parameters, in units of
+    their noise. Concrete models are frozen dataclasses.
     """
+
+    # What suits the model where a user does not say: options by their groups, and `n`.
+    usual: ClassVar[Mapping[str, Any]] = MappingProxyType({})
 
     @property
     @abstractmethod
@@ -38,12 +71,12 @@ class Model(ABC):
 
     @property
     @abstractmethod
-    def needs(self) -> tuple[str, ...]:
-        """Names of the quantities of the stimulus that the regressors read."""
+    def needs(self) -> Iterable[str]:
+        """Names of the quantities of the stimulus that the regressors read; a mapping gives their units too."""
 
     @property
     def outputs(self) -> int:
-        """Number m of outputs in a position."""
+        """Number m of residuals in a position."""
         return 1
 
     @property
@@ -58,68 +91,169 @@ class Model(ABC):
 
     @property
     def smallest_n(self) -> int:
-        """The fewest positions that can determine all the parameters."""
-        return -(-len(self.parameters) // self.outputs)
+        """The fewest positions that can determine all the parameters; 1 or more, as few as a prior leaves to show."""
+        return max(1, -(-(len(self.parameters) - int(np.count_nonzero(self.prior_information))) // self.outputs))
 
     @property
     def entries(self) -> int:
-        """Number of entries of the rows of a position that are not zero in every position; m p, or fewer."""
+        """Number of entries of the rows of a position that are not zero in every position: m p, or fewer."""
         return self.outputs * len(self.parameters)
+
+    # ---- what design asks
 
     @abstractmethod
     def regressors(self, stimulus: Stimulus) -> Array:
         """Rows h of H, (..., n, m, p), each divided by the noise standard deviation of its output."""
 
-    def measurement(self, parameters: Array, stimulus: Stimulus) -> Array:
-        """Noise-free readings (..., n, k) of a sensor with these parameters (..., p).
-
-        The default is the linear model: the m outputs, each in units of its noise. A model of
-        which the regressors are only the linear part gives the whole.
-        """
-        return np.asarray((self.regressors(stimulus) @ parameters[..., None, :, None])[..., 0])
+    @property
+    def prior_information(self) -> Array:
+        """What is known of each parameter before anything is measured, 1 / sd^2, (p,); zeros where nothing is."""
+        return np.zeros(len(self.parameters))
 
     def information(self, stimulus: Stimulus) -> Information:
-        """Information of programs, matrices (..., p, p)."""
+        """Information of programs, matrices (..., p, p), with that of the prior."""
         return self.information_of(self.regressors(stimulus))
 
     def information_of(self, regressors: Array) -> Information:
-        """Information of programs whose rows (..., n, m, p) are there already."""
-        return Information.from_regressors(regressors, self.parameters)
+        """Information of programs whose rows (..., n, m, p) are there already, with that of the prior."""
+        return self.with_prior(Information.from_regressors(regressors, self.parameters))
+
+    def with_prior(self, information: Information) -> Information:
+        """The same with what is known before, where something is."""
+        prior = self.prior_information
+        return Information(information.matrix + np.diag(prior), self.parameters) if prior.any() else information
 
     def derivative(self, stimulus: Stimulus) -> Stimulus:
-        """Derivatives of the regressors with respect to the stimulus, arrays (..., n, m, p, 3).
+        """Derivatives of the regressors with respect to the stimulus, arrays (..., n, m, p, width).
 
-        The default differentiates `regressors` numerically, by central differences.
+        The default differentiates `regressors` numerically.
         """
-        step = 1e-5
+        step = 1e-3
         derivatives = {}
         for name in self.needs:
-            value = getattr(stimulus, name)
-            columns = []
-            for k in range(value.shape[-1]):
-                shift = np.zeros(value.shape[-1])
-                shift[k] = step
-                above = self.regressors(replace(stimulus, **{name: value + shift}))
-                below = self.regressors(replace(stimulus, **{name: value - shift}))
-                columns.append((above - below) / (2 * step))
-            derivatives[name] = np.stack(columns, axis=-1)
-        return Stimulus(**derivatives)
+            value = stimulus[name]
+
+            def shifted(shift: Array, name: str = name, value: Array = value) -> Array:
+                return self.regressors(stimulus.made({**stimulus, name: value + shift}))
+
+            derivatives[name] = differences(shifted, np.full(value.shape[-1], step))
+        return stimulus.made(derivatives)
 
     def pull(self, stimulus: Stimulus, rows: Array) -> Stimulus:
-        """From a gradient with respect to the regressors, (..., n, m, p), to the stimulus, (..., n, 3)."""
-        by_stimulus = self.derivative(stimulus).quantities()
-        return Stimulus(**{name: np.einsum("...nmp,...nmpk->...nk", rows, each) for name, each in by_stimulus})
+        """From a gradient with respect to the regressors, (..., n, m, p), to the stimulus, (..., n, width)."""
+        by_stimulus = self.derivative(stimulus).items()
+        return stimulus.made({name: np.einsum("...nmp,...nmpk->...nk", rows, each) for name, each in by_stimulus})
 
     def check(self, stimulus: Stimulus, stand: _Stand) -> None:
-        """Raise CompatibilityError where the stand does not provide what the model needs."""
-        known = [field.name for field in fields(Stimulus)]
-        for name in self.needs:
-            if name not in known or getattr(stimulus, name) is None:
+        """Raise CompatibilityError where the stand does not provide what the model needs, or in another unit."""
+        wanted = self.needs if isinstance(self.needs, Mapping) else dict.fromkeys(self.needs)
+        for name, unit in wanted.items():
+            if name not in stimulus:
                 advice, options = stand.advice(name)
                 raise CompatibilityError(
                     "model {model} needs the {quantity}, which stand {stand} does not provide" + advice,
-                    model=type(self).__name__,
+                    model=self.called,
                     quantity=name.replace("_", " "),
                     stand=type(stand).__name__,
                     **options,
                 )
+            given = stimulus.units[name]
+            if unit is not None and conversion(given, unit) is None:
+                told = given or "a unit that it does not tell"
+                raise CompatibilityError(
+                    f"model {self.called} needs the {name.replace('_', ' ')} in {unit}, but stand "
+                    f"{type(stand).__name__} gives it in {told}: let the stand give it in {unit}, and say so by "
+                    f"units={{{name!r}: {unit!r}}} of its Stimulus, or let the sensor take it as it comes"
+                )
+
+    @property
+    def called(self) -> str:
+        """What messages call it."""
+        return type(self).__name__
+
+    # ---- what simulation and estimation ask; by default of a model that is linear, its outputs its readings
+
+    @property
+    def channels(self) -> tuple[Channel, ...]:
+        """What is read in each position, k numbers; by default the m outputs in units of their noise."""
+        return tuple(Channel(f"reading_{k + 1}", "1") for k in range(self.outputs))
+
+    @property
+    def nominal(self) -> Array:
+        """The parameters of a sensor without errors, (p,)."""
+        return np.array([parameter.nominal for parameter in self.parameters])
+
+    @property
+    def knows(self) -> tuple[str, ...]:
+        """The quantities that must be known of each position to estimate; by default all that the regressors read."""
+        return tuple(self.needs)
+
+    def readings(self, parameters: Array, stimulus: Stimulus) -> Array:
+        """Noise-free readings (..., n, k) of a sensor with these parameters (..., p), each channel in its unit."""
+        return np.asarray((self.regressors(stimulus) @ parameters[..., None, :, None])[..., 0])
+
+    def deviations(self, stimulus: Stimulus) -> Array:
+        """Standard deviations of the readings, (k,) or (..., n, k)."""
+        return np.array([channel.noise for channel in self.channels])
+
+    def residual(self, parameters: Array, readings: Array, known: Stimulus | None) -> tuple[Array, Array]:
+        """What parameters leave of the comparison, over its noise, and the rows there.
+
+        Parameters
+        ----------
+        parameters : array (..., p)
+        readings : array (..., n, k)
+        known : arrays (n, width) or (..., n, width), or None
+            What is known of the stimulus.
+
+        Returns
+        -------
+        residual, array (..., n m), and rows, array (n m, p) or (..., n m, p): the residual is
+        rows (true - assumed), to first order
+        """
+        return self.linearized(parameters, readings, known)
+
+    def linearized(self, parameters: Array, readings: Array, known: Stimulus | None) -> tuple[Array, Array]:
+        """The same to first order in the parameters, with the rows of a sensor without errors."""
+        assert known is not None  # `knows` says all of it
+        rows = self.regressors(known)
+        *stack, n, m, p = rows.shape
+        rows = rows.reshape((*stack, n * m, p))
+        whole = readings.reshape((*readings.shape[:-2], n * m))
+        return whole - np.einsum("...np,...p->...n", rows, parameters), rows
+
+    def start(self, readings: Array, known: Stimulus | None) -> Array:
+        """Parameters (..., p) from which to estimate, from readings (..., n, k); by default the nominal ones."""
+        return np.broadcast_to(self.nominal, (*readings.shape[:-2], len(self.parameters)))
+
+    def felt(self, parameters: Array, readings: Array, known: Stimulus | None) -> Stimulus | None:
+        """What was felt in positions (n, k), as far as it is known or follows from the readings; None where not all."""
+        return known if known is not None and all(name in known for name in self.needs) else None
+
+    def corrected(self, parameters: Array, readings: Array, known: Stimulus | None) -> Array:
+        """Readings (..., n, k) as a sensor without errors would have given them."""
+        assert known is not None  # `corrects_with` says what it takes
+        return readings - self.readings(parameters, known) + self.readings(self.nominal, known)
+
+    @property
+    def by_length(self) -> bool:
+        """Whether readings of three channels lie on a sphere, nearly, whose radius tells their unit."""
+        return False
+
+    def compares(self, comparison: Comparison) -> bool:
+        """Whether that is what it compares of its readings."""
+        return False
+
+    def residual_deviations(self, parameters: Array, readings: Array, known: Stimulus | None, own: Array) -> Array:
+        """Standard deviations (n m,) of the residuals, in units of the model's, of readings with their own (n, k)."""
+        return np.asarray(own / self.deviations(Stimulus() if known is None else known)).reshape(-1)
+
+    @property
+    def noises(self) -> Noises:
+        """Which residuals of a position have noise of the same size, or of a size that is told relative to theirs."""
+        return Noises(np.zeros(self.outputs, dtype=int), np.array([float(len(self.parameters))]))
+
+    @property
+    def corrects_with(self) -> tuple[str, ...]:
+        """The quantities that must be known of a reading to correct it."""
+        return tuple(self.needs)

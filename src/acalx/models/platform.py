@@ -9,11 +9,11 @@ from typing import final
 
 from acalx.errors import ArgumentError
 from acalx.models.base import Model
-from acalx.models.joined import Composite
-from acalx.models.platform_accel import PlatformAccel
-from acalx.models.platform_gyro import PlatformGyro
-from acalx.models.polynomial import require_noise
+from acalx.models.compared import as_model
+from acalx.models.composite import Composite
 from acalx.options import keep
+from acalx.sensors import PlatformAccel, PlatformGyro
+from acalx.sensors.polynomial import three_of
 
 __all__ = ["Platform"]
 
@@ -64,15 +64,8 @@ class Platform(Composite):
     @cached_property
     def models(self) -> tuple[Model, ...]:
         """The x, y and z gyro, then the x, y and z accelerometer."""
-        gyro_noise = _three("gyro_noise_deg_h", self.gyro_noise_deg_h)
-        accel_noise = _three("accel_noise_g", self.accel_noise_g)
-        gyros = [PlatformGyro(axis, self.second_order, gyro_noise[k]) for k, axis in enumerate("xyz")]
-        accels = [PlatformAccel(axis, accel_noise[k]) for k, axis in enumerate("xyz")]
+        gyro_noise = three_of("gyro_noise_deg_h", self.gyro_noise_deg_h)
+        accel_noise = three_of("accel_noise_g", self.accel_noise_g)
+        gyros = [as_model(PlatformGyro(axis, self.second_order, gyro_noise[k])) for k, axis in enumerate("xyz")]
+        accels = [as_model(PlatformAccel(axis, accel_noise[k])) for k, axis in enumerate("xyz")]
         return (*(gyros if "gyros" in self.sensors else []), *(accels if "accels" in self.sensors else []))
-
-
-def _three(name: str, value: float | Sequence[float]) -> tuple[float, ...]:
-    values = tuple(value) if isinstance(value, Sequence) and not isinstance(value, str) else (value,) * 3
-    if len(values) != 3:
-        raise ArgumentError.of(name, value, "give one number, or three for the x, y and z sensor")
-    return tuple(require_noise(name, each) for each in values)

@@ -9,27 +9,21 @@ from typing import final
 
 import numpy as np
 
-from acalx.errors import ArgumentError
-from acalx.models.base import Model
+from acalx.models.sensor_model import SensorModel
+from acalx.models.vectors import Magnitude
 from acalx.numerics.arrays import Array, components, empty_as
-from acalx.quantities.parameter import Parameter
 from acalx.quantities.stimulus import Stimulus
+from acalx.sensors import AccelTriad
+from acalx.sensors.triads import GROUPS
 
 __all__ = ["ScalarAccel"]
 
-_PARAMETERS = (
-    *(Parameter(f"bias_{axis}", "bias", "g") for axis in "xyz"),
-    *(Parameter(f"scale_{axis}", "scale", "1") for axis in "xyz"),
-    *(Parameter(f"nonorthogonality_{pair}", "nonorthogonality", "rad") for pair in ("xy", "xz", "zy")),
-)
-
-
-_GROUPS = ("bias", "scale", "nonorthogonality")
+_NINE = AccelTriad().parameters
 
 
 @final
 @dataclass(frozen=True)
-class ScalarAccel(Model):
+class ScalarAccel(SensorModel):
     """Nine parameters of an accelerometer triad, from the magnitude of gravity.
 
     In a position with the vertical eta = (ex, ey, ez) in sensor axes the triad reads W, in g:
@@ -40,53 +34,44 @@ class ScalarAccel(Model):
 
         J = h X,   h = (ex, ey, ez, ex^2, ey^2, ez^2, ex ey, ex ez, ez ey).
 
-    Standard deviations come out in units of the standard deviation of J.
+    Standard deviations come out in units of the standard deviation of J. It is an `AccelTriad` compared by its
+    `Magnitude`, with the arithmetic of both written out: what most people calibrate, and what has to be fast.
 
     Parameters
     ----------
     groups : sequence of str
         The groups of parameters that are estimated; the others are taken for zero. Without
         ``nonorthogonality`` the six faces of a cube are enough.
+    prior : mapping of str to float
+        Standard deviations before anything is measured, as of `Compared`, in units of that of J.
 
     Raises
     ------
     ArgumentError
-        No groups, or one that there isn't.
+        No groups, or one that there isn't; a prior as of `Compared`.
 
     Source: Egorov, Kiryachenko, Popov (2021).
     """
 
-    groups: Sequence[str] = _GROUPS
+    groups: Sequence[str] = GROUPS
 
     def __post_init__(self) -> None:
-        given = self.groups
-        if isinstance(given, str) or not isinstance(given, Sequence) or not given or not set(given) <= set(_GROUPS):
-            raise ArgumentError.of("groups", given, f"give one or more of {', '.join(_GROUPS)}", ["bias", "scale"])
-        object.__setattr__(self, "groups", tuple(group for group in _GROUPS if group in given))
+        triad = AccelTriad(groups=self.groups)
+        object.__setattr__(self, "groups", triad.groups)  # in their order
+        self._compare(triad, Magnitude())
 
     @cached_property
     def _columns(self) -> list[int]:
         """Which of the nine parameters are estimated."""
-        return [k for k, parameter in enumerate(_PARAMETERS) if parameter.group in self.groups]
+        return [k for k, parameter in enumerate(_NINE) if parameter.group in self.groups]
 
-    @cached_property
-    def parameters(self) -> tuple[Parameter, ...]:
-        """Biases in g, relative scale-factor errors, non-orthogonalities in rad."""
-        return tuple(_PARAMETERS[k] for k in self._columns)
-
-    @property
-    def needs(self) -> tuple[str, ...]:
-        """The specific force alone: the vertical in sensor axes, in g."""
-        return ("specific_force",)
-
-    @property
-    def degree(self) -> int:
-        """Two: rows are linear for biases, quadratic in the vertical for scale and non-orthogonality."""
-        return 2
+    # ---- as `SensorModel` has them, in fewer steps
 
     def regressors(self, stimulus: Stimulus) -> Array:
         """Rows h of the residual of the magnitude, (..., n, 1, p): the vertical, its squares and products."""
-        force = _force(stimulus)
+        if stimulus.weights is not None:
+            return super().regressors(stimulus)
+        force = stimulus["specific_force"]
         rows = empty_as(force, (*force.shape[:-1], 9))
         x, y, z = (force[..., k] for k in range(3))
         rows[..., :3] = force
@@ -98,7 +83,9 @@ class ScalarAccel(Model):
 
     def derivative(self, stimulus: Stimulus) -> Stimulus:
         """Derivatives of the rows with respect to the specific force, (..., n, 1, p, 3)."""
-        force = _force(stimulus)
+        if stimulus.weights is not None:
+            return super().derivative(stimulus)
+        force = stimulus["specific_force"]
         x, y, z = (force[..., k] for k in range(3))
         rows = empty_as(force, (*force.shape[:-1], 9, 3))
         rows[...] = 0.0
@@ -111,75 +98,43 @@ class ScalarAccel(Model):
         chosen = rows if len(self._columns) == 9 else rows[..., self._columns, :]
         return Stimulus(specific_force=chosen[..., None, :, :])
 
-    def split(self, parameters: Array) -> tuple[Array, Array]:
-        """Bias (..., 3) in g and the matrix A (..., 3, 3) for parameters (..., p)."""
-        full = np.zeros((*parameters.shape[:-1], 9))
-        full[..., self._columns] = parameters
-        matrix = np.zeros((*parameters.shape[:-1], 3, 3))
-        matrix[..., range(3), range(3)] = 1.0 + full[..., 3:6]
-        matrix[..., (0, 0, 2), (1, 2, 1)] = full[..., 6:9]
-        return full[..., :3], matrix
+    def pull(self, stimulus: Stimulus, rows: Array) -> Stimulus:
+        """From a gradient with respect to the rows, (..., n, 1, p), to the specific force, (..., n, 3)."""
+        if stimulus.weights is not None:
+            return super().pull(stimulus, rows)
+        by_force = self.derivative(stimulus)["specific_force"]
+        return Stimulus(specific_force=np.einsum("...nmp,...nmpk->...nk", rows, by_force))
 
-    def measurement(self, parameters: Array, stimulus: Stimulus) -> Array:
-        """Noise-free readings W of a triad with these errors, in g.
-
-        Parameters
-        ----------
-        parameters : array (..., p)
-        stimulus : arrays (..., n, 3)
-
-        Returns
-        -------
-        array (..., n, 3)
-        """
-        full = np.zeros((*parameters.shape[:-1], 9))
-        full[..., self._columns] = parameters
-        bx, by, bz, sx, sy, sz, xy, xz, zy = np.moveaxis(full, -1, 0)[..., None]
-        x, y, z = np.moveaxis(_force(stimulus), -1, 0)
+    def readings(self, parameters: Array, stimulus: Stimulus) -> Array:
+        """Noise-free readings W (..., n, 3) of a triad with these errors (..., p), in g."""
+        if stimulus.weights is not None:
+            return super().readings(parameters, stimulus)
+        bx, by, bz, sx, sy, sz, xy, xz, zy = self._nine(parameters)
+        x, y, z = np.moveaxis(stimulus["specific_force"], -1, 0)
         return components(bx + x + (sx * x + xy * y + xz * z), by + y + sy * y, bz + z + (sz * z + zy * y))
 
-    def residual_oriented(self, measurement: Array, stimulus: Stimulus) -> Array:
-        """J = W . eta / |g| - 1, where the orientation is known.
+    def linearized(self, parameters: Array, readings: Array, known: Stimulus | None) -> tuple[Array, Array]:
+        """|W| - 1 less h X; where the attitude is not known, the direction that was read is taken for it."""
+        lengths = np.sqrt((readings * readings).sum(axis=-1))
+        if known is None:
+            known = Stimulus(specific_force=readings / lengths[..., None])
+        rows = self.regressors(known)[..., 0, :]
+        explained = parameters @ rows.T if rows.ndim == 2 else np.einsum("...np,...p->...n", rows, parameters)
+        return lengths - 1.0 - explained, rows
 
-        Parameters
-        ----------
-        measurement : array (..., n, 3), in g
-        stimulus : arrays (..., n, 3)
-
-        Returns
-        -------
-        array (..., n)
-        """
-        return np.asarray((measurement * _force(stimulus)).sum(axis=-1) - 1.0)
-
-    def residual_magnitude(self, measurement: Array) -> Array:
-        """J = |W| / |g| - 1, where the orientation is not known: (..., n, 3) in g to (..., n)."""
-        return np.asarray(np.sqrt((measurement * measurement).sum(axis=-1)) - 1.0)
-
-    def magnitude_at(self, parameters: Array, measurement: Array) -> tuple[Array, Array]:
+    def residual(self, parameters: Array, readings: Array, known: Stimulus | None) -> tuple[Array, Array]:
         """What is left of the residual of the magnitude once these errors are taken off, and its rows.
 
         J = |eta| - 1 with eta = inv(A) (W - bias); to first order J = h (X - parameters). At zero
-        parameters these are `residual_magnitude` and the rows of the direction that was read,
+        parameters these are |W| - 1 and the rows of the direction that was read,
         times its magnitude in the places of scale and non-orthogonality.
-
-        Parameters
-        ----------
-        parameters : array (..., p)
-        measurement : array (..., n, 3), in g
-
-        Returns
-        -------
-        J, array (..., n), and the rows h, array (..., n, p)
         """
-        full = np.zeros((*parameters.shape[:-1], 9))
-        full[..., self._columns] = parameters
-        bx, by, bz, sx, sy, sz, xy, xz, zy = np.moveaxis(full, -1, 0)[..., None]
+        bx, by, bz, sx, sy, sz, xy, xz, zy = self._nine(parameters)
         ax, ay, az = 1.0 / (1.0 + sx), 1.0 / (1.0 + sy), 1.0 / (1.0 + sz)
         # A is triangular once z and y change places: no elimination is needed
-        y = (measurement[..., 1] - by) * ay
-        z = (measurement[..., 2] - bz - zy * y) * az
-        x = (measurement[..., 0] - bx - xy * y - xz * z) * ax
+        y = (readings[..., 1] - by) * ay
+        z = (readings[..., 2] - bz - zy * y) * az
+        x = (readings[..., 0] - bx - xy * y - xz * z) * ax
         magnitude = np.sqrt(x * x + y * y + z * z)
         inverse = 1.0 / magnitude
         # the rows of inv(A)' times the unit vector
@@ -194,10 +149,11 @@ class ScalarAccel(Model):
             np.multiply(weight, factor, out=rows[..., k])
         return magnitude - 1.0, self._chosen(rows)
 
+    def _nine(self, parameters: Array) -> Array:
+        """All nine parameters, (9, ..., 1), for those that are estimated, (..., p)."""
+        full = np.zeros((*parameters.shape[:-1], 9))
+        full[..., self._columns] = parameters
+        return np.moveaxis(full, -1, 0)[..., None]
+
     def _chosen(self, rows: Array) -> Array:
         return rows if len(self._columns) == 9 else rows[..., self._columns]
-
-
-def _force(stimulus: Stimulus) -> Array:
-    assert stimulus.specific_force is not None  # Model.check has refused a stand without it
-    return stimulus.specific_force

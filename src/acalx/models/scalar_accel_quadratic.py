@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 from typing import final
 
-from acalx.models.polynomial import Polynomial, Term
-from acalx.models.scalar_accel import ScalarAccel
-from acalx.quantities.parameter import Parameter
+from acalx.models.sensor_model import SensorModel
+from acalx.models.vectors import Magnitude
+from acalx.sensors import AccelTriad
 
 __all__ = ["ScalarAccelQuadratic"]
 
 
 @final
 @dataclass(frozen=True)
-class ScalarAccelQuadratic(Polynomial):
+class ScalarAccelQuadratic(SensorModel):
     """The nine parameters of `ScalarAccel` and a second-order term of each accelerometer.
 
     The triad reads W_i + quadratic_i e_i^2, in g, with W as in `ScalarAccel` and the vertical e
@@ -25,15 +24,13 @@ class ScalarAccelQuadratic(Polynomial):
 
     Standard deviations come out in units of the standard deviation of J.
 
+    Parameters
+    ----------
+    prior : mapping of str to float
+        As of `Compared`, in units of the standard deviation of J.
+
     Source: Egorov, Kiryachenko, Popov (2021) for the nine; the cubes follow in the same way.
     """
 
-    @cached_property
-    def terms(self) -> tuple[Term, ...]:
-        """Biases, scales, non-orthogonalities, second-order terms."""
-        products = [*"xyz", "xx", "yy", "zz", "xy", "xz", "zy", "xxx", "yyy", "zzz"]
-        quadratic = [Parameter(f"quadratic_{axis}", "quadratic", "1/g") for axis in "xyz"]
-        return tuple(
-            Term(parameter, tuple(("specific_force", "xyz".index(axis)) for axis in product))
-            for parameter, product in zip((*ScalarAccel().parameters, *quadratic), products, strict=True)
-        )
+    def __post_init__(self) -> None:
+        self._compare(AccelTriad(order=2), Magnitude())

@@ -3,24 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 from typing import final
 
-from acalx.models.polynomial import Polynomial, Term
-from acalx.quantities.parameter import Parameter
+from acalx.models.sensor_model import SensorModel
+from acalx.models.vectors import Magnitude
+from acalx.sensors import MagnetometerTriad
 
 __all__ = ["ScalarMagnetometer"]
-
-_PRODUCTS = {
-    **{f"bias_{axis}": axis for axis in "xyz"},
-    **{f"scale_{axis}": 2 * axis for axis in "xyz"},
-    **{f"nonorthogonality_{pair}": pair for pair in ("xy", "xz", "zy")},
-}
 
 
 @final
 @dataclass(frozen=True)
-class ScalarMagnetometer(Polynomial):
+class ScalarMagnetometer(SensorModel):
     """Nine parameters of a magnetometer triad, from the magnitude of the field: an ellipsoid's.
 
     In a field of the direction b in sensor axes the triad reads, in units of the field's
@@ -36,18 +30,14 @@ class ScalarMagnetometer(Polynomial):
     The stand must say where the field is, as ``stand.dip_deg=65`` does for the two-axis table.
     Standard deviations come out in units of the standard deviation of J.
 
+    Parameters
+    ----------
+    prior : mapping of str to float
+        As of `Compared`, in units of the standard deviation of J.
+
     Source: Gebre-Egziabher, Elkaim, Powell, Parkinson, J. Aerosp. Eng. 19(2), 2006, 87-102, for
     the ellipsoid.
     """
 
-    @cached_property
-    def terms(self) -> tuple[Term, ...]:
-        """Biases in units of the field, relative scale errors, non-orthogonalities in rad."""
-        units = {"bias": "field", "scale": "1", "nonorthogonality": "rad"}
-        return tuple(
-            Term(
-                Parameter(name, group := name.split("_")[0], units[group]),
-                tuple(("magnetic_field", "xyz".index(axis)) for axis in product),
-            )
-            for name, product in _PRODUCTS.items()
-        )
+    def __post_init__(self) -> None:
+        self._compare(MagnetometerTriad(), Magnitude("magnetic_field"))

@@ -3,20 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 from typing import final
 
-from acalx.models.base import Model
-from acalx.models.joined import Composite
-from acalx.models.polynomial import Polynomial, Term, require_noise
-from acalx.quantities.parameter import Parameter
+from acalx.models.comparisons import Outputs
+from acalx.models.sensor_model import SensorModel
+from acalx.sensors import AccelTriad
+from acalx.sensors.polynomial import require_noise
 
 __all__ = ["VectorAccel"]
 
 
 @final
 @dataclass(frozen=True)
-class VectorAccel(Composite):
+class VectorAccel(SensorModel):
     """Twelve parameters of an accelerometer triad, from three readings in known orientations.
 
     With the specific force a in sensor axes, in g, the accelerometer along axis i reads
@@ -31,6 +30,8 @@ class VectorAccel(Composite):
     noise_g : float, g
         Standard deviation of a reading. With 1, the default, standard deviations are in units
         of it.
+    prior : mapping of str to float
+        As of `Compared`.
 
     Raises
     ------
@@ -44,38 +45,4 @@ class VectorAccel(Composite):
 
     def __post_init__(self) -> None:
         require_noise("noise_g", self.noise_g)
-
-    @cached_property
-    def models(self) -> tuple[Model, ...]:
-        """The x, y and z accelerometer."""
-        return tuple(_Axis(own, self.noise_g) for own in range(3))
-
-
-@final
-@dataclass(frozen=True)
-class _Axis(Polynomial):
-    own: int
-    noise_g: float
-
-    @property
-    def kind(self) -> str:
-        """Accelerometers: the three axes are designed for together."""
-        return "accels"
-
-    @property
-    def noise(self) -> float:
-        return self.noise_g
-
-    @cached_property
-    def terms(self) -> tuple[Term, ...]:
-        axis = "xyz"[self.own]
-        force = [(("specific_force", k),) for k in range(3)]
-        return (
-            Term(Parameter(f"bias_{axis}", "bias", "g")),
-            Term(Parameter(f"scale_{axis}", "scale", "1"), force[self.own]),
-            *(
-                Term(Parameter(f"misalignment_{axis}{'xyz'[k]}", "misalignment", "rad"), force[k])
-                for k in range(3)
-                if k != self.own
-            ),
-        )
+        self._compare(AccelTriad("full", noise_g=self.noise_g), Outputs())

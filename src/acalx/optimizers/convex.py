@@ -142,7 +142,7 @@ class Convex(Optimizer[Result]):
                 rough = optimal_weights(
                     candidates,
                     criterion,
-                    base=problem.base_share if problem.held else None,
+                    base=problem.base_share if problem.based else None,
                     tolerance=max(_CONIC_GAP, self.tolerance),
                     rounds=self.rounds,
                     master=conic,
@@ -167,7 +167,7 @@ class Convex(Optimizer[Result]):
         return optimal_weights(
             candidates,
             criterion,
-            base=problem.base_share if problem.held else None,
+            base=problem.base_share if problem.based else None,
             tolerance=self.tolerance,
             rounds=self.rounds,
             start=start,

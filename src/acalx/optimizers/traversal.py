@@ -117,7 +117,7 @@ class Traversal(Optimizer[Result]):
                 )
         least = problem.model.smallest_n
         if self.n_from is not None and not max(least, problem.held + 1) <= self.n_from <= problem.n:
-            why = f"which the {len(problem.parameters)} parameters of {type(problem.model).__name__} need"
+            why = f"which the {len(problem.parameters)} parameters of {problem.model.called} need"
             if problem.held >= least:
                 least, why = problem.held + 1, f"one more than the {problem.held} fixed positions"
             raise ArgumentError.of("optimizer.n_from", self.n_from, f"must be from {least}, {why}, to n={problem.n}")

@@ -37,7 +37,7 @@ def contradiction(problem: Problem, result: Found, settings: Array) -> str:
             of_program, of_search = (", ".join(f"{loss:.9g}" for loss in each) for each in (again, losses))
             return (
                 f"a program has the loss {of_program}, but the search found {of_search}: does model "
-                f"{type(problem.model).__name__} or stand {type(problem.stand).__name__} depend on the order of the "
+                f"{problem.model.called} or stand {type(problem.stand).__name__} depend on the order of the "
                 "positions, or on more than their settings, or is the optimizer wrong?"
             )
     return ""

@@ -12,13 +12,14 @@ import numpy as np
 from acalx.bounds import Certificate, certify
 from acalx.criteria import Criterion, D
 from acalx.errors import ProgramError
-from acalx.models import Model
+from acalx.models import Model, as_model
 from acalx.numerics.arrays import Array
 from acalx.options import require_part, require_switch
 from acalx.planning.metrics import best_published, figures_of_merit
 from acalx.problem import Problem
 from acalx.programs import Program, find_program
 from acalx.quantities.information import Information
+from acalx.sensors import Sensor
 from acalx.stands import Stand
 
 __all__ = ["Evaluation", "evaluate"]
@@ -97,7 +98,7 @@ class Evaluation:
 def evaluate(
     program: Program | str | os.PathLike[str] | Array,
     stand: Stand,
-    model: Model,
+    model: Model | Sensor,
     criterion: Criterion | None = None,
     *,
     certificate: bool = True,
@@ -109,7 +110,7 @@ def evaluate(
     program : Program, str, path or array (n, d)
         A program, the name of a published one or the path of a file, or settings in rad.
     stand : Stand
-    model : Model
+    model : Model or Sensor
     criterion : Criterion, optional
         By which it is compared; D where none is given.
     certificate : bool
@@ -129,7 +130,8 @@ def evaluate(
     True
     """
     criterion = D() if criterion is None else criterion
-    for name, part, kind in (("stand", stand, Stand), ("model", model, Model), ("criterion", criterion, Criterion)):
+    model = as_model(model)
+    for name, part, kind in (("stand", stand, Stand), ("criterion", criterion, Criterion)):
         require_part(name, part, kind)
     require_switch("certificate", certificate)
     given = _program(program, stand)

@@ -104,7 +104,7 @@ def check_orientation(problem: Problem, second: Criterion, rng: np.random.Genera
         raise CompatibilityError(f"orient: stand {stand} stops at steps only, so programs can't be rotated freely")
     if tuple(needs) != ("specific_force",):
         raise CompatibilityError(
-            f"orient: model {type(problem.model).__name__} needs {', '.join(needs)}; "
+            f"orient: model {problem.model.called} needs {', '.join(needs)}; "
             "only what the specific force alone decides can be rotated"
         )
     program = regular_starts(problem, rng, 1)[0]
@@ -119,7 +119,7 @@ def check_orientation(problem: Problem, second: Criterion, rng: np.random.Genera
 
 
 def _directions(problem: Problem, settings: Array) -> Array:
-    force = problem.stand.stimulus(settings).specific_force
+    force = problem.stand.stimulus(settings)["specific_force"]
     assert force is not None  # the model needs it
     return force
 
@@ -203,8 +203,8 @@ class _Turned:
 
     def pull(self, settings: Array, gradient: Stimulus) -> Array:
         """A turn by a small vector t adds t x force; what the rotation vector must change for it."""
-        assert gradient.specific_force is not None  # the model needs it
-        torque = np.cross(self.vertical(settings), gradient.specific_force).sum(axis=-2)
+        assert "specific_force" in gradient  # the model needs it
+        torque = np.cross(self.vertical(settings), gradient["specific_force"]).sum(axis=-2)
         jacobian = _left_jacobian(settings[:, 0, :]).swapaxes(-1, -2)
         return np.asarray((jacobian @ torque[..., None])[:, None, :, 0])
 

@@ -215,8 +215,8 @@ class _Search:
 
 def _bound(problem: Problem, target: Target) -> tuple[int | None, str]:
     """The fewest positions that could meet the target, from the bound on the worst variance."""
-    if problem.fixed is not None:
-        return None, "positions are fixed"
+    if problem.based:
+        return None, "positions are fixed" if problem.held else "a prior is there before any position"
     many = replace(problem, n=max(problem.n, _MANY), replicates=True)
     if many.information(many.restrictions.random(np.random.default_rng(0), 1)[0]).singular:
         raise no_regular_program(problem)

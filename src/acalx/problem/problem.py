@@ -10,7 +10,7 @@ import numpy as np
 
 from acalx.criteria import Criterion, Objectives
 from acalx.errors import ArgumentError, CompatibilityError
-from acalx.models import Model
+from acalx.models import Model, as_model
 from acalx.numerics.arrays import Array
 from acalx.options import is_whole, require_part, require_switch
 from acalx.problem.objective import Objective, Response
@@ -34,7 +34,8 @@ class Problem:
     Parameters
     ----------
     stand : Stand
-    model : Model
+    model : Model or Sensor
+        Of a sensor alone the outputs are compared.
     criterion : Criterion or Objectives
         One criterion, or several objectives whose front is sought.
     n : int
@@ -65,7 +66,7 @@ class Problem:
 
     def __post_init__(self) -> None:
         require_part("stand", self.stand, Stand)
-        require_part("model", self.model, Model)
+        object.__setattr__(self, "model", as_model(self.model))
         require_part("criterion", self.criterion, (Criterion, Objectives))
         _check_n(self.n, self.model)
         object.__setattr__(self, "n", int(self.n))
@@ -135,7 +136,7 @@ class Problem:
     @cached_property
     def restrictions(self) -> Restrictions:
         """Which programs there are to choose from."""
-        return Restrictions(self.stand, self.model.needs, self.n, self.fixed, self.replicates)
+        return Restrictions(self.stand, tuple(self.model.needs), self.n, self.fixed, self.replicates)
 
     @cached_property
     def singles(self) -> tuple[Problem, ...]:
@@ -176,10 +177,15 @@ class Problem:
 
     @cached_property
     def base_share(self) -> Array:
-        """Of the information of the fixed positions what falls to each of the others, (p, p); zero without any."""
-        p = len(self.parameters)
-        held = np.zeros((p, p)) if self.fixed is None else self.information(self.fixed).matrix
+        """Of the information of the fixed positions, and the prior, what falls to each of the others, (p, p)."""
+        prior = np.diag(self.model.prior_information)
+        held = prior if self.fixed is None else self.information(self.fixed).matrix
         return held / (self.n - self.held)
+
+    @property
+    def based(self) -> bool:
+        """Whether there is information before any position is chosen: of fixed ones, or of a prior."""
+        return self.held > 0 or bool(self.model.prior_information.any())
 
 
 def _checked(fixed: object, d: int) -> Array:
@@ -197,7 +203,7 @@ def _checked(fixed: object, d: int) -> Array:
 
 
 def _check_n(n: int, model: Model) -> None:
-    name, p, least = type(model).__name__, len(model.parameters), model.smallest_n
+    name, p, least = model.called, len(model.parameters), model.smallest_n
     if not is_whole(n):
         raise ArgumentError.of("n", n, f"the number of positions must be a whole number, such as n={2 * least}")
     if n < least:

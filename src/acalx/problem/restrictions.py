@@ -9,6 +9,7 @@ import numpy as np
 
 from acalx.errors import CompatibilityError, Option
 from acalx.numerics.arrays import Array
+from acalx.quantities.stimulus import Stimulus
 from acalx.stands import Stand
 
 __all__ = ["Restrictions"]
@@ -31,7 +32,7 @@ class Restrictions:
     Parameters
     ----------
     stand : Stand
-    feels : tuple of str
+    feels : sequence of str
         Quantities of the stimulus by which positions differ: those that the model reads.
     n : int
     fixed : array (f, d), in rad, optional
@@ -41,7 +42,7 @@ class Restrictions:
     """
 
     stand: Stand
-    feels: tuple[str, ...]
+    feels: Sequence[str]
     n: int
     fixed: Array | None
     replicates: bool
@@ -167,7 +168,7 @@ class Restrictions:
         squares = np.zeros((*settings.shape[:-1], others.shape[-2]))
         stimulus, another = self.stand.stimulus(settings), self.stand.stimulus(others)
         for name in self.feels:
-            felt, other = getattr(stimulus, name), getattr(another, name)
+            felt, other = (_flat(each, name) for each in (stimulus, another))
             squares += ((felt[..., :, None, :] - other[..., None, :, :]) ** 2).sum(axis=-1)
         steps_only = all(setting.step is not None for setting in self.stand.settings)
         limit = _SAME_STOP if steps_only else _SAME_PLACE * (1.0 - 1e-9)
@@ -178,3 +179,9 @@ class Restrictions:
         wrapped = self.stand.axes.wrap(settings[self.held :])
         order = np.lexsort(np.round(self.stand.axes.written(wrapped), 6).T[::-1])
         return np.concatenate([settings[: self.held], wrapped[order]])
+
+
+def _flat(stimulus: Stimulus, name: str) -> Array:
+    """A quantity (..., n, w), its samples side by side."""
+    value = stimulus[name]
+    return value if stimulus.weights is None else value.reshape((*value.shape[:-2], -1))

@@ -278,7 +278,8 @@ class Information:
         scaled = np.where(np.outer(shown, shown), self.matrix, 0.0) / np.outer(scale, scale)
         values, vectors = np.linalg.eigh(scaled)
         null_space = (vectors[:, values < _EIGENVALUE_TOLERANCE * max(values[-1], 1e-300)] / scale[:, None]).T
-        return [as_sum(row, self.parameters, smallest) for row in row_reduced(null_space)]
+        rows = sorted(row_reduced(null_space), key=lambda row: int(np.argmax(np.abs(row) >= smallest)))
+        return [as_sum(row, self.parameters, smallest) for row in rows]
 
 
 def _stack_first(array: Array) -> bool:

@@ -31,6 +31,8 @@ class Parameter:
     group: str
     unit: str
     sensor: str = ""
+    nominal: float = 0.0
+    scatter: float | None = None
 
 
 def parameter_sensors(parameters: Iterable[Parameter]) -> dict[str, list[int]]:

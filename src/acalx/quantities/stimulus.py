@@ -2,37 +2,171 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from types import MappingProxyType
+from typing import final
 
+import numpy as np
+
+from acalx.errors import ArgumentError
 from acalx.numerics.arrays import Array
 
-__all__ = ["EARTH_RATE", "Stimulus"]
+__all__ = ["EARTH_RATE", "UNITS_OF", "Stimulus", "conversion"]
 
 # In rad/s, 15.041 deg/h: the unit of angular rate. Source: IERS Conventions (2010), table 1.2.
 EARTH_RATE = 7.292115e-5
 
+# Units of the quantities that stands of acalx give; a quantity of another name says its own.
+UNITS_OF: Mapping[str, str] = MappingProxyType(
+    {
+        "specific_force": "g",
+        "angular_rate": "earth_rate",
+        "angular_acceleration": "rad/s^2",
+        "magnetic_field": "field",
+        "temperature": "K",
+        "dwell": "s",
+        "time": "s",
+    }
+)
+# What units of the same kind are in SI. The others are read as they are given, or not at all.
+_SIZES: Mapping[str, tuple[str, float]] = MappingProxyType(
+    {
+        "g": ("force", 9.80665),
+        "m/s^2": ("force", 1.0),
+        "earth_rate": ("rate", EARTH_RATE),
+        "rad/s": ("rate", 1.0),
+        "deg/s": ("rate", np.pi / 180.0),
+        "deg/h": ("rate", np.pi / 180.0 / 3600.0),
+        "T": ("field", 1.0),
+        "G": ("field", 1e-4),
+        "uT": ("field", 1e-6),
+        "nT": ("field", 1e-9),
+        "rad/s^2": ("angular acceleration", 1.0),
+        "deg/s^2": ("angular acceleration", np.pi / 180.0),
+        "s": ("time", 1.0),
+        "min": ("time", 60.0),
+        "h": ("time", 3600.0),
+    }
+)
 
-@dataclass(frozen=True, eq=False)
-class Stimulus:
-    """Specific force, angular rate and magnetic field at the sensor, in sensor axes, for stacks of programs.
 
-    A stand makes it from its settings, a model reads it; a quantity that a stand does not
-    provide is ``None``. The same class carries derivatives: there each array has further
-    axes behind those given here.
+def conversion(given: str, wanted: str) -> float | None:
+    """By what a value in one unit is multiplied to be in another; None where neither is known as of the other's kind.
+
+    Examples
+    --------
+    >>> conversion("rad/s", "rad/s"), conversion("degC", "K")
+    (1.0, None)
+    >>> round(conversion("rad/s", "deg/s"), 4)
+    57.2958
+    """
+    if given == wanted:
+        return 1.0
+    (kind, size), (other, unit) = (_SIZES.get(name, (name, 1.0)) for name in (given, wanted))
+    return size / unit if kind == other else None
+
+
+@final
+class Stimulus(Mapping[str, Array]):
+    """What is felt, in sensor axes, for stacks of programs: quantities by name, each with its unit.
+
+    A stand makes it from its settings, a sensor reads it. A position may be an interval in which what
+    is felt changes, a turn perhaps: then each array has K samples of it, and readings are means over
+    them. The same class carries derivatives: there each array has further axes behind those given here.
 
     Parameters
     ----------
-    specific_force : array (..., n, 3), in g
-        At rest this is the unit vector of the vertical.
-    angular_rate : array (..., n, 3), in units of the Earth's rate, optional
-    magnetic_field : array (..., n, 3), in units of the field's magnitude, optional
+    quantities : mapping, or by keyword
+        Arrays (..., n, width) by name: ``specific_force``, ``angular_rate``, ``magnetic_field``
+        with three components, ``temperature`` with one, or whatever a stand provides. With
+        `weights` (..., n, K, width).
+    units : mapping, optional
+        Of the quantities whose names are not those of `UNITS_OF`, or that come in another unit.
+    weights : array (K,), optional
+        Of the samples in a position; their sum is 1.
+
+    Examples
+    --------
+    >>> felt = Stimulus(specific_force=np.array([[0.0, 0.0, 1.0]]), temperature=np.array([[293.15]]))
+    >>> felt["specific_force"].shape, felt.units["temperature"]
+    ((1, 3), 'K')
     """
 
-    specific_force: Array | None = None
-    angular_rate: Array | None = None
-    magnetic_field: Array | None = None
+    __slots__ = ("_quantities", "_units", "weights")
 
-    def quantities(self) -> Iterator[tuple[str, Array]]:
-        """Names and arrays of the quantities that are there."""
-        return ((name, value) for name, value in vars(self).items() if value is not None)
+    def __init__(
+        self,
+        quantities: Mapping[str, Array] | None = None,
+        /,
+        *,
+        units: Mapping[str, str] | None = None,
+        weights: Array | None = None,
+        **named: Array,
+    ) -> None:
+        self._quantities = {**quantities, **named} if quantities else named
+        self._units = units
+        self.weights = weights
+
+    def __getitem__(self, name: str) -> Array:
+        return self._quantities[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._quantities)
+
+    def __len__(self) -> int:
+        return len(self._quantities)
+
+    def __repr__(self) -> str:
+        return f"Stimulus({', '.join(f'{name}: {np.shape(value)}' for name, value in self.items())})"
+
+    @property
+    def units(self) -> dict[str, str]:
+        """Unit of each quantity; empty for one that nobody has told."""
+        own = self._units or {}
+        return {name: own.get(name, UNITS_OF.get(name, "")) for name in self}
+
+    def made(self, quantities: Mapping[str, Array]) -> Stimulus:
+        """Other quantities, with the same units and weights."""
+        return Stimulus(quantities, units=self._units, weights=self.weights)
+
+    def in_units(self, wanted: Mapping[str, str]) -> Stimulus:
+        """The same with quantities in these units, by name.
+
+        Raises
+        ------
+        ArgumentError
+            A unit that the one in which a quantity comes can't be converted to.
+        """
+        factors = self.factors(wanted)
+        if all(factor == 1.0 for factor in factors.values()):
+            return self
+        units = {**self.units, **{name: wanted[name] for name in factors}}
+        changed = {name: factor * self[name] for name, factor in factors.items()}
+        return Stimulus({**self, **changed}, units=units, weights=self.weights)
+
+    def factors(self, wanted: Mapping[str, str]) -> dict[str, float]:
+        """By what each quantity that is there and wanted is multiplied to be in the wanted unit."""
+        given = self.units
+        return {name: require_unit(name, given[name], unit) for name, unit in wanted.items() if name in self}
+
+    def without_samples(self) -> Stimulus:
+        """All the samples one behind the other as positions, (..., n K, width); itself where there are none."""
+        if self.weights is None:
+            return self
+        flat = {name: value.reshape((*value.shape[:-3], -1, value.shape[-1])) for name, value in self.items()}
+        return Stimulus(flat, units=self._units)
+
+    def mean(self) -> Stimulus:
+        """What is felt on average in each position, (..., n, width)."""
+        if self.weights is None:
+            return self
+        means = {name: np.einsum("k,...kw->...w", self.weights, value) for name, value in self.items()}
+        return Stimulus(means, units=self._units)
+
+
+def require_unit(name: str, given: str, wanted: str) -> float:
+    """The factor between units of a quantity, or ArgumentError that names both."""
+    factor = conversion(given, wanted)
+    if factor is None:
+        raise ArgumentError(f"{name} comes in {given or 'no unit that is known'}, but {wanted} is needed")
+    return factor

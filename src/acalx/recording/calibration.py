@@ -7,9 +7,14 @@ from collections.abc import Sequence
 import numpy as np
 
 from acalx.errors import DataError
-from acalx.estimation import Calibration, Correction, Readings
-from acalx.estimation.readings import data_file, find_columns
+from acalx.estimation import Calibration, Readings
+from acalx.estimation.calibration import suffix
+from acalx.estimation.correction import Correctly
+from acalx.estimation.files import Known, data_file, find_columns
+from acalx.models import Model
+from acalx.numerics.arrays import Array
 from acalx.recording.run_directory import RunDirectory
+from acalx.stands import Stand
 
 __all__ = ["corrected_message", "record", "record_corrected", "record_intervals", "record_result"]
 
@@ -27,21 +32,40 @@ def record(calibration: Calibration, data: str, directory: RunDirectory) -> None
         The file that the readings come from, as it was given.
     directory : RunDirectory
     """
-    readings, estimate = calibration.readings, calibration.estimate
+    readings, model = calibration.readings, calibration.model
     directory.write_json("calibration.json", {"data": data, **calibration.entries()})
-    corrected = calibration.correction.apply(readings.means)
-    numbers = np.column_stack(
-        [readings.means, corrected, estimate.residual, calibration.leverage, calibration.studentized]
-    )
-    header = ["position", "label", "ax", "ay", "az", "ax_g", "ay_g", "az_g"]
+    channels, m = model.channels, model.outputs
+    table, header = [readings.means], [channel.name for channel in channels]
+    if calibration.corrected is not None:
+        table.append(calibration.corrected)
+        header += [f"{channel.name}_{suffix(channel.unit)}" for channel in channels]
+    for what, values in _told(calibration).items():
+        table.append(values.reshape(readings.n, m))
+        header += [what] if m == 1 else [f"{what}_{name}" for name in _outputs(model)]
+    numbers = np.column_stack(table).tolist()
     directory.write_table(
         "residuals.csv",
-        [*header, "residual_g", "leverage", "studentized", "outlying"],
+        ["position", "label", *header, "outlying"],
         (
             [k, label, *map(repr, row), int(k in calibration.outlying)]
-            for k, (label, row) in enumerate(zip(readings.labels, numbers.tolist(), strict=True), 1)
+            for k, (label, row) in enumerate(zip(readings.labels, numbers, strict=True), 1)
         ),
     )
+
+
+def _told(calibration: Calibration) -> dict[str, Array]:
+    """What is said of each residual, (n m,), by the head of its column."""
+    estimate, several = calibration.estimate, len(calibration.noises) > 1
+    unit = "" if several else f"_{suffix(next(iter(calibration.noises)))}"
+    residual = estimate.scaled if several else calibration.size_of_residuals * estimate.residual
+    return {f"residual{unit}": residual, "leverage": calibration.leverage, "studentized": calibration.studentized}
+
+
+def _outputs(model: Model) -> list[str]:
+    """Names of the residuals of a position: those of the channels where these are compared, else numbers."""
+    if model.outputs == len(model.channels):
+        return [channel.name for channel in model.channels]
+    return [str(k + 1) for k in range(model.outputs)]
 
 
 def record_intervals(readings: Readings, directory: RunDirectory) -> None:
@@ -62,8 +86,7 @@ def record_result(calibration: Calibration, directory: RunDirectory, seconds: fl
     directory.write_result(
         "ok",
         "; ".join(remarks) or calibration.summary(),
-        residual_rms_g=calibration.entries()["residual_rms_g"],
-        noise_g=calibration.noise,
+        **calibration.figures,
         outlying=calibration.outlying,
         remarks=remarks,
         seconds=seconds,
@@ -71,24 +94,26 @@ def record_result(calibration: Calibration, directory: RunDirectory, seconds: fl
 
 
 def record_corrected(
-    correction: Correction, data: str, columns: Sequence[str], directory: RunDirectory
-) -> tuple[int, float]:
-    """corrected.csv: the lines of a file again, each with the specific force in g behind it.
+    correction: Correctly, data: str, columns: Sequence[str], directory: RunDirectory, stand: Stand | None = None
+) -> tuple[int, float | None]:
+    """corrected.csv: the lines of a file again, each with the corrected readings behind it.
 
     The file is read and written a block of lines at a time, so it may be larger than memory.
 
     Parameters
     ----------
-    correction : Correction
+    correction : Correction or ModelCorrection
     data : str
         Path of the file.
-    columns : three names
+    columns : sequence of names
         Of the readings.
     directory : RunDirectory
+    stand : Stand, optional
+        From whose settings in the file it is known what else the correction takes.
 
     Returns
     -------
-    number of readings, and the mean magnitude of the corrected ones in g
+    number of readings, and the mean magnitude of the corrected ones of a triad, in its unit; None of others
 
     Raises
     ------
@@ -97,28 +122,34 @@ def record_corrected(
     """
     file = data_file(data)
     header = file.header()
+    units = correction.units or ("g",) * len(columns)
+    if len(units) != len(columns):
+        raise DataError(f"{file.path}: {len(columns)} columns of readings, but the correction takes {len(units)}")
     find_columns(file, header, columns)
-    added = [f"{name}_g" for name in columns]
+    added = [f"{name}_{suffix(unit)}" for name, unit in zip(columns, units, strict=True)]
     if set(added) & set(header):
         raise DataError(f"{file.path}: has a column {(set(added) & set(header)).pop()} already; is it corrected?")
+    known = Known(file, header, correction.needs, stand)
     mark, count, magnitude = file.delimiter(), 0, 0.0
     with directory.whole("corrected.csv") as part, part.open("w", encoding="utf-8", newline="") as out:
         out.write(mark.join([*header, *added]) + "\n")
-        for lines, values in file.blocks(columns):
-            forces = correction.apply(values)
+        for lines, values in file.blocks((*columns, *known.columns)):
+            corrected = correction.apply(values[:, : len(columns)], known.stimulus(values[:, len(columns) :]))
             out.writelines(
-                f"{line.rstrip()}{mark}{x:.9g}{mark}{y:.9g}{mark}{z:.9g}\n"
-                for line, (x, y, z) in zip(lines, forces.tolist(), strict=True)
+                line.rstrip() + mark + mark.join(f"{value:.9g}" for value in row) + "\n"
+                for line, row in zip(lines, corrected.tolist(), strict=True)
             )
-            count += len(forces)
-            magnitude += float(np.linalg.norm(forces, axis=1).sum())
+            count += len(corrected)
+            magnitude += float(np.linalg.norm(corrected, axis=1).sum())
         if count == 0:
             raise DataError(f"{file.path}: a header but no readings below it")
-    return count, magnitude / count
+    return count, magnitude / count if len(units) == 3 and set(units) <= {"g", "field"} else None
 
 
-def corrected_message(count: int, magnitude: float) -> str:
-    """How many readings were corrected, and a question where their mean magnitude in g is far from 1."""
+def corrected_message(count: int, magnitude: float | None) -> str:
+    """How many readings were corrected, and a question where the mean magnitude of a triad's is far from 1."""
+    if magnitude is None:
+        return f"{count} readings corrected"
     message = f"{count} readings corrected; their mean magnitude is {magnitude:.6g} g"
     if not _PLAUSIBLE[0] < magnitude < _PLAUSIBLE[1]:
         message += ", far from 1 g: are they in the unit that the calibration was made in?"

@@ -213,7 +213,7 @@ def _columns(stand: Stand) -> list[str]:
 
 
 def _rows(stand: Stand, settings: Array) -> list[list[Any]]:
-    force = stand.stimulus(settings).specific_force
+    force = stand.stimulus(settings).get("specific_force")
     angles = stand.axes.written(settings).tolist()
     directions = [[]] * len(angles) if force is None else (force + 0.0).tolist()
     return [

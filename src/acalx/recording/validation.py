@@ -25,13 +25,15 @@ def record(validated: Validated, data: str, test: str | None, directory: RunDire
     """
     sensors = validated.sensors
     keys = list(validated.medians)
+    rms = f"rms_{validated.unit}"
+    columns = [rms if key == "rms" else key for key in COMPARED]
     directory.write_json(
         "validation.json",
         {
             "data": data,
             "test": test,
             "sensors": [{"sensor": s.name, "positions": s.n, **s.figures} for s in sensors],
-            "programs": [asdict(row) for row in validated.programs],
+            "programs": [{rms if k == "rms" else k: v for k, v in asdict(row).items()} for row in validated.programs],
         },
     )
     directory.write_table(
@@ -41,7 +43,7 @@ def record(validated: Validated, data: str, test: str | None, directory: RunDire
     )
     directory.write_table(
         "programs.csv",
-        ["sensor", "program", "positions", *COMPARED],
+        ["sensor", "program", "positions", *columns],
         ([s.name, r.name, r.n, *(repr(getattr(r, key)) for key in COMPARED)] for s in sensors for r in s.compared),
     )
 

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from acalx.estimation import Calibration
+from acalx.estimation import Calibration, Correction
 from acalx.numerics.arrays import Array
 from acalx.quantities.magnitude import significant
 from acalx.reporting.tables import align
@@ -21,10 +21,12 @@ def show(calibration: Calibration) -> None:
     """The parameters with their accuracy, the correction, the fit, and what is to be said of them."""
     correction = calibration.correction
     print(f"{parameters_table(calibration)}\n")
-    print(f"specific force in g = matrix (reading - offset), readings in {correction.unit}")
-    cells = [[f"{value:+.9g}" for value in row] for row in correction.matrix]
-    matrix = [["matrix", "", "", "offset"], *([*c, f"{o:+.7g}"] for c, o in zip(cells, correction.offset, strict=True))]
-    print(f"{align(matrix)}\n")
+    print(f"{correction.formula}, readings in {correction.unit}")
+    if isinstance(correction, Correction):
+        cells = [[f"{value:+.9g}" for value in row] for row in correction.matrix]
+        head = ["matrix", *[""] * (len(cells) - 1), "offset"]
+        print(align([head, *([*c, f"{o:+.7g}"] for c, o in zip(cells, correction.offset, strict=True))]))
+    print()
     print(calibration.summary())
     for remark in calibration.remarks():
         print(remark)

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from acalx.estimation import Calibration
+from acalx.numerics.arrays import Array
 from acalx.reporting.figures import new_figure, save
 
 __all__ = ["draw_residuals"]
@@ -22,20 +23,21 @@ def draw_residuals(calibration: Calibration, directory: Path) -> None:
     """
     from scipy.special import ndtri
 
-    residual, studentized, noise = calibration.estimate.residual, calibration.studentized, calibration.noise
+    studentized, (unit, residual, noise) = calibration.studentized, _in_unit(calibration)
     figure, (left, right) = new_figure(9.6, 4.0, columns=2)
-    numbers = np.arange(1, len(residual) + 1)
-    milli = 1e3 * residual
+    each = len(residual) // calibration.readings.n
+    numbers = np.repeat(np.arange(1, calibration.readings.n + 1), each)
     if np.isfinite(noise):
-        left.axhspan(-2e3 * noise, 2e3 * noise, color=_PALE, alpha=0.35, linewidth=0)
-    left.vlines(numbers, 0, milli, color=_BLUE, linewidth=1.0)
-    left.plot(numbers, milli, "o", color=_BLUE, markersize=4)
+        left.axhspan(-2.0 * noise, 2.0 * noise, color=_PALE, alpha=0.35, linewidth=0)
+    left.vlines(numbers, 0, residual, color=_BLUE, linewidth=1.0)
+    left.plot(numbers, residual, "o", color=_BLUE, markersize=4)
     left.axhline(0.0, color="0.3", linewidth=0.8)
     far = np.array(calibration.outlying, dtype=int)
-    left.plot(far, milli[far - 1], "o", markersize=11, fillstyle="none", color=_RED)
+    ringed = np.isin(numbers, far)
+    left.plot(numbers[ringed], residual[ringed], "o", markersize=11, fillstyle="none", color=_RED)
     left.locator_params(axis="x", integer=True)
     left.set_xlabel("position")
-    left.set_ylabel("residual, mg")
+    left.set_ylabel(f"residual, {unit}")
     left.set_title("what the calibration leaves; shaded: two standard deviations", fontsize=10)
     order = np.argsort(studentized)
     judged = order[np.isfinite(studentized[order])]
@@ -44,7 +46,7 @@ def draw_residuals(calibration: Calibration, directory: Path) -> None:
         ends = np.array([min(normal[0], studentized[judged[0]]), max(normal[-1], studentized[judged[-1]])]) * 1.08
         right.plot(ends, ends, color="0.3", linewidth=0.8)
         right.plot(normal, studentized[judged], "o", color=_BLUE, markersize=4)
-        ringed = np.isin(judged + 1, far)
+        ringed = np.isin(numbers[judged], far)
         right.plot(normal[ringed], studentized[judged][ringed], "o", markersize=11, fillstyle="none", color=_RED)
     else:
         right.text(0.5, 0.5, "nothing is left to judge by", transform=right.transAxes, ha="center")
@@ -54,3 +56,13 @@ def draw_residuals(calibration: Calibration, directory: Path) -> None:
     for axes in (left, right):
         axes.grid(visible=True, color=_PALE, linewidth=0.4)
     save(figure, directory, "residuals")
+
+
+def _in_unit(calibration: Calibration) -> tuple[str, Array, float]:
+    """Residuals as they are shown, with their unit and their standard deviation: of g in thousandths."""
+    noises = calibration.noises
+    if len(noises) > 1:  # each in units of its own
+        return "over the noise", calibration.estimate.scaled, 1.0
+    ((unit, noise),) = noises.items()
+    residual = calibration.estimate.residual * calibration.size_of_residuals
+    return ("mg", 1e3 * residual, 1e3 * noise) if unit == "g" else (unit, residual, noise)

@@ -39,7 +39,7 @@ def program_table(stand: Stand, settings: Array, held: int = 0, most: int = 60) 
 
     The first `held` ones are marked as fixed.
     """
-    force = stand.stimulus(settings).specific_force
+    force = stand.stimulus(settings).get("specific_force")
     rows = [["position", *(f"{setting.name} {setting.unit.symbol}" for setting in stand.settings)]]
     if force is not None:
         rows[0] += ["eta x", "eta y", "eta z"]
@@ -57,7 +57,7 @@ def program_table(stand: Stand, settings: Array, held: int = 0, most: int = 60) 
 def weights_table(stand: Stand, settings: Array, weights: Array, most: int = 20) -> str:
     """Support points of an approximate design, the heaviest first, with their shares of the time in percent."""
     order = np.argsort(-weights, kind="stable")
-    force = stand.stimulus(settings).specific_force
+    force = stand.stimulus(settings).get("specific_force")
     rows = [["support point", *(f"{name} deg" for name in stand.axes.names)]]
     rows[0] += [] if force is None else ["eta x", "eta y", "eta z"]
     rows[0].append("dwell share")

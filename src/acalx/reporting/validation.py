@@ -20,37 +20,42 @@ _MOST_SHOWN = 20
 _PALE, _COLORS = "#b8c4d6", ("#8d6b94", "#c8553d", "#2a6f97")
 
 
-def draw_validation(before: Array, after: Array, programs: Sequence[Compared], directory: Path) -> None:
+def draw_validation(
+    before: Array, after: Array, programs: Sequence[Compared], directory: Path, unit: str = "g"
+) -> None:
     """Residuals of positions that a calibration has not seen, and programs by their efficiency.
 
     Parameters
     ----------
-    before, after : array (t,), in g
+    before, after : array (t,)
         Residuals without the calibration and with it.
     programs : sequence of Compared
     directory : Path
+    unit : str
+        Of the residuals, as of `Validated`.
     """
+    name, factor = _shown_in(unit)
     figure, (left, right) = new_figure(11.0, max(4.2, 0.24 * len(programs) + 1.0), columns=2)
     for residual, label, color in ((before, "not calibrated", _COLORS[0]), (after, "calibrated", _COLORS[2])):
-        size = np.sort(1e3 * np.abs(residual[np.isfinite(residual)]))
+        size = np.sort(factor * np.abs(residual[np.isfinite(residual)]))
         left.semilogx(
             np.maximum(size, 1e-3), (np.arange(len(size)) + 0.5) / max(1, len(size)), color=color, label=label
         )
-    left.set_xlabel("residual of a position that was left out, mg")
+    left.set_xlabel(f"residual of a position that was left out, {name}")
     left.set_ylabel("share of the positions")
     left.legend(frameon=False)
-    shown = [row for row in programs if np.isfinite(row.rms_g) and row.efficiency > 0]
+    shown = [row for row in programs if np.isfinite(row.rms)]
     for k, row in enumerate(shown):
         kind = ("random", "best", "program").index(row.kind)
-        right.plot(1e3 * row.rms_g, k, "so^"[kind], color=_COLORS[kind], markersize=6)
+        right.plot(factor * row.rms, k, "so^"[kind], color=_COLORS[kind], markersize=6)
     if shown:
-        right.set_yticks(range(len(shown)), [f"{row.name}  ({row.efficiency:.2f})" for row in shown], fontsize=8)
+        right.set_yticks(range(len(shown)), [_labeled(row) for row in shown], fontsize=8)
         right.invert_yaxis()
         right.set_xlim(left=0.0)
         right.set_title("programs on the measured positions (D-efficiency)", fontsize=10)
     else:
         right.text(0.5, 0.5, "no program leaves positions to test on", transform=right.transAxes, ha="center")
-    right.set_xlabel("root mean square on the other positions, mg")
+    right.set_xlabel(f"root mean square on the other positions, {name}")
     for axes in (left, right):
         axes.grid(visible=True, color=_PALE, linewidth=0.4)
     save(figure, directory, "validation")
@@ -60,7 +65,7 @@ def draw(validated: Validated, directory: Path) -> None:
     """The figure of all sensors together."""
     before = np.concatenate([sensor.left_out.before for sensor in validated.sensors])
     after = np.concatenate([sensor.left_out.after for sensor in validated.sensors])
-    draw_validation(before, after, validated.programs, directory)
+    draw_validation(before, after, validated.programs, directory, validated.unit)
 
 
 def show(validated: Validated) -> None:
@@ -70,7 +75,7 @@ def show(validated: Validated) -> None:
     if count > _MOST_SHOWN:
         print(f"... {count - _MOST_SHOWN} more in validation.csv\n")
     if programs := validated.programs:
-        print(f"{_programs(programs)}\n")
+        print(f"{_programs(programs, validated.unit)}\n")
 
 
 def _sensors(validated: Validated) -> str:
@@ -79,7 +84,7 @@ def _sensors(validated: Validated) -> str:
     ways = [key.removesuffix("_r_squared") for key in medians if key.endswith("_r_squared")]
     rows = [["sensor", "positions"]]
     for way in ways:
-        rows[0] += [f"{way.replace('_', ' ')} R^2", "rms mg"]
+        rows[0] += [f"{way.replace('_', ' ')} R^2", f"rms {_shown_in(validated.unit)[0]}"]
     listed: list[tuple[str, str, Mapping[str, float]]]
     listed = [(s.name, str(s.n), s.figures) for s in validated.sensors[:_MOST_SHOWN]]
     if count > 1:
@@ -87,27 +92,36 @@ def _sensors(validated: Validated) -> str:
     for name, n, figures in listed:
         row = [name, n]
         for way in ways:
-            row += _right(figures.get(f"{way}_r_squared"), figures.get(f"{way}_rms_g"))
+            rms = figures.get(f"{way}_rms_{validated.unit}")
+            row += _right(figures.get(f"{way}_r_squared"), rms, validated.unit)
         rows.append(row)
     return align(rows)
 
 
-def _programs(programs: Sequence[Compared]) -> str:
+def _programs(programs: Sequence[Compared], unit: str) -> str:
     """A row for each choice of positions."""
-    rows = [["calibrated on the nearest to", "positions", "angle deg", "efficiency", "R^2", "rms mg"]]
+    rows = [
+        ["calibrated on the nearest to", "positions", "angle deg", "efficiency", "R^2", f"rms {_shown_in(unit)[0]}"]
+    ]
     for row in programs:
         angle = "-" if np.isnan(row.angle_deg) else f"{row.angle_deg:.1f}"
-        rows.append([row.name, str(row.n), angle, f"{row.efficiency:.3f}", *_right(row.r_squared, row.rms_g)])
+        share = "-" if np.isnan(row.efficiency) else f"{row.efficiency:.3f}"
+        rows.append([row.name, str(row.n), angle, share, *_right(row.r_squared, row.rms, unit)])
     return align(rows)
 
 
-def _right(r_squared: float | None, rms_g: float | None) -> list[str]:
+def _right(r_squared: float | None, rms: float | None, unit: str) -> list[str]:
     """R^2 and rms; "can't" where the positions left for the calibration can't show all the parameters."""
-    if r_squared is None or rms_g is None:
+    if r_squared is None or rms is None:
         return ["-", "-"]
-    return [f"{r_squared:.5f}", _milli(rms_g)] if np.isfinite(rms_g) else ["can't", "-"]
+    # to four decimals, or to four digits where those would be fewer
+    return [f"{r_squared:.5f}", with_decimals(_shown_in(unit)[1] * rms)] if np.isfinite(rms) else ["can't", "-"]
 
 
-def _milli(value: float) -> str:
-    """A figure in g as thousandths, to four decimals, or to four digits where those would be fewer."""
-    return with_decimals(1e3 * value)
+def _labeled(row: Compared) -> str:
+    return row.name if np.isnan(row.efficiency) else f"{row.name}  ({row.efficiency:.2f})"
+
+
+def _shown_in(unit: str) -> tuple[str, float]:
+    """What residuals are shown in, and the factor: thousandths of g; anything else as it is."""
+    return ("mg", 1e3) if unit == "g" else ("of the noise" if unit == "relative" else unit, 1.0)

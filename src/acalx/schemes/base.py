@@ -114,7 +114,7 @@ def kinds_of(scheme: Scheme, problem: Problem) -> dict[str, Model]:
             "{name} designs for each kind of sensors separately, but model {model} has one kind only; use {joint}, "
             "or a model of several, such as {platform} or {joined}",
             name=name,
-            model=type(problem.model).__name__,
+            model=problem.model.called,
             joint=joint,
             platform=Option("model", "platform", "Platform()"),
             joined=Option("model", "joined", "Joined([...])"),

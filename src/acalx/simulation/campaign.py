@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import final
 
@@ -32,14 +32,14 @@ class Trials:
     ----------
     parameters : array (T, p)
         The true ones.
-    measurement : array (T, n, k)
-        Readings.
-    known : Stimulus, arrays (n, 3) or (T, n, 3)
+    readings : array (T, n, k)
+        Each channel in its unit.
+    known : Stimulus, arrays (n, width) or (T, n, width)
         What those who calibrate take for that which the sensors felt.
     """
 
     parameters: Array
-    measurement: Array
+    readings: Array
     known: Stimulus
 
 
@@ -86,13 +86,13 @@ class Campaign:
 
     @cached_property
     def nominal(self) -> Stimulus:
-        """What a sensor feels where nothing goes wrong, arrays (n, 3)."""
+        """What a sensor feels where nothing goes wrong, arrays (n, width)."""
         return self.stand.stimulus(self.settings)
 
-    @cached_property
-    def outputs(self) -> int:
+    @property
+    def channels(self) -> int:
         """Number k of readings in a position, as of the axes of a triad."""
-        return int(self.model.measurement(np.zeros(len(self.model.parameters)), self.nominal).shape[-1])
+        return len(self.model.channels)
 
     def trials(self, begin: int, end: int) -> Trials:
         """Trials from number `begin`, a multiple of `BLOCK`, to before number `end`."""
@@ -101,7 +101,7 @@ class Campaign:
         def draw(stream: str, *shape: int) -> Array:
             return _draw(self.seed, stream, begin, end, shape)
 
-        parameters = sources.true_parameters(self.model.parameters, draw("sign", p), draw("size", p))
+        parameters = sources.true_parameters(self.model, draw("sign", p), draw("size", p))
         off = self._installation(draw)
         known = self.nominal if off is None or not sources.installation_known else self._installed(off)
         true = self.nominal if off is None else self._installed(off)
@@ -110,14 +110,15 @@ class Campaign:
             true = _turned(true, sources.setting_rad * _draw(self.seed, "setting", *trial, (self.n, 3)))
         if sources.knowledge_rad is not None:
             known = _turned(true, sources.knowledge_rad * draw("knowledge", self.n, 3))
-        if sources.gravity and true.specific_force is not None:
-            factor = 1.0 + sources.gravity * draw("gravity")[:, None, None]
-            true = replace(true, specific_force=true.specific_force * factor)
-        measurement = self.model.measurement(parameters, true)
-        measurement = measurement + sources.noise * draw("noise", self.n, self.outputs)
+        if sources.gravity and "specific_force" in true:
+            factor = 1.0 + sources.gravity * draw("gravity")
+            true = true.made({**true, "specific_force": _along(factor, true) * true["specific_force"]})
+        readings = self.model.readings(parameters, true)
+        deviations = self.model.deviations(true)
+        readings = readings + (sources.noise * deviations) * draw("noise", self.n, self.channels)
         if sources.drift:
-            measurement += self._warming_up(draw("order", self.n)) * draw("drift", 1, self.outputs)
-        return Trials(parameters, measurement, known)
+            readings += self._warming_up(draw("order", self.n)) * (deviations * draw("drift", 1, self.channels))
+        return Trials(parameters, readings, known)
 
     def _installation(self, draw: Callable[..., Array]) -> Array | None:
         """Angles (T, e) by which the stand's axes are off."""
@@ -149,15 +150,24 @@ def _draw(seed: int, stream: str, begin: int, end: int, shape: tuple[int, ...]) 
     return out.T
 
 
+def _along(factor: Array, stimulus: Stimulus) -> Array:
+    """A factor (T,) of each trial, in front of positions, samples and components."""
+    return factor.reshape(-1, *(1,) * (2 if stimulus.weights is None else 3))
+
+
 def _turned(stimulus: Stimulus, rotation: Array) -> Stimulus:
-    """All quantities (n, 3) or (T, n, 3) turned about small rotation vectors (T, n, 3), in rad.
+    """All vectors (n, 3) or (T, n, 3) turned about small rotation vectors (T, n, 3), in rad; the rest as it is.
 
     By Cayley's map, an exact rotation; its angle differs from the vector's length in third order.
     """
+    if stimulus.weights is not None:  # the same in all the samples of a position
+        rotation = rotation[..., None, :]
     qx, qy, qz = (0.5 * rotation[..., k] for k in range(3))
     factor = 2.0 / (1.0 + qx * qx + qy * qy + qz * qz)
-    turned = {}
-    for name, vector in stimulus.quantities():
+    turned = dict(stimulus)
+    for name, vector in stimulus.items():
+        if vector.shape[-1] != 3:
+            continue
         x, y, z = (vector[..., k] for k in range(3))
         cx, cy, cz = qy * z - qz * y, qz * x - qx * z, qx * y - qy * x
         turned[name] = components(
@@ -165,4 +175,4 @@ def _turned(stimulus: Stimulus, rotation: Array) -> Stimulus:
             y + factor * (cy + qz * cx - qx * cz),
             z + factor * (cz + qx * cy - qy * cx),
         )
-    return Stimulus(**turned)
+    return stimulus.made(turned)

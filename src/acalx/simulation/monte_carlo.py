@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from acalx.errors import ArgumentError, Option
-from acalx.estimation import Estimate, Estimator, Iterated, Linear, Outputs, SingularError
-from acalx.models import Model, ScalarAccel
+from acalx.estimation import Estimate, Estimator, Iterated, SingularError
+from acalx.models import Model
 from acalx.numerics.arrays import Array
 from acalx.options import is_whole, require_confidence
 from acalx.quantities.information import Information
@@ -21,8 +23,8 @@ _MOST_TRIALS = 10**8
 
 
 def default_estimator(model: Model) -> Estimator:
-    """Iterated least squares on the magnitude for the scalar calibration, of the outputs for other models."""
-    return Iterated() if isinstance(model, ScalarAccel) else Linear(residual=Outputs())
+    """Iterated least squares of what the model compares: right whatever the size of the errors is."""
+    return Iterated()
 
 
 def run_campaign(
@@ -60,16 +62,16 @@ def run_campaign(
     _check_trials(trials)
     require_confidence(confidence)
     model, n = campaign.model, campaign.n
-    estimator.residual.check(model)
-    information = _regular_information(campaign, name)
+    model = estimator.model_for(model)
+    information = _regular_information(replace(campaign, model=model), name)
     if chunk is None:
-        chunk = _CHUNK_BYTES // (8 * n * campaign.outputs)
+        chunk = _CHUNK_BYTES // (8 * n * campaign.channels)
     chunk = BLOCK * max(1, chunk // BLOCK)
     noise = campaign.sources.noise
     moments = Moments(len(model.parameters))
     for begin in range(0, trials, chunk):
         part = campaign.trials(begin, min(begin + chunk, trials))
-        estimate = estimator.estimate(model, part.measurement, part.known)
+        estimate = estimator.estimate(model, part.readings, part.known)
         half_widths = _half_widths(estimate, noise, confidence)
         error = np.where(estimate.converged[:, None], estimate.parameters, np.nan) - part.parameters
         for first in range(0, len(error), BLOCK):  # so that chunks add up to the same sums
@@ -84,7 +86,7 @@ def run_campaign(
 
 def _regular_information(campaign: Campaign, name: str) -> Information:
     """Information (p, p) of the program where nothing goes wrong; SingularError where it can't show everything."""
-    information = campaign.model.information(campaign.nominal)
+    information = _with_noise(campaign.model.information(campaign.nominal), campaign)
     if information.singular:
         unseen = information.inestimable()
         raise SingularError(
@@ -93,6 +95,14 @@ def _regular_information(campaign: Campaign, name: str) -> Information:
             unseen,
         )
     return information
+
+
+def _with_noise(information: Information, campaign: Campaign) -> Information:
+    """The same where the noise is a multiple of the model's: in units of it what a prior says counts for more."""
+    prior, noise = campaign.model.prior_information, campaign.sources.noise
+    if not prior.any():
+        return information
+    return Information(information.matrix + (noise**2 - 1.0) * np.diag(prior), information.parameters)
 
 
 def _check_trials(trials: object) -> None:
@@ -109,7 +119,8 @@ def _half_widths(estimate: Estimate, noise: float, confidence: float) -> Array:
     from scipy.special import ndtri, stdtrit
 
     tail = 0.5 * (1.0 + confidence)
-    if estimate.freedom > 0:
-        return np.asarray(stdtrit(estimate.freedom, tail) * estimate.standard_errors)
+    freedoms = estimate.freedoms
+    if freedoms.min() > 0:
+        return np.asarray(stdtrit(freedoms, tail) * estimate.standard_errors)
     deviations = noise * estimate.information.standard_deviations
     return np.broadcast_to(ndtri(tail) * deviations, estimate.parameters.shape)

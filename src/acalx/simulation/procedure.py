@@ -10,11 +10,12 @@ import numpy as np
 
 from acalx.errors import ArgumentError, Option
 from acalx.estimation import Estimator
-from acalx.models import Model
+from acalx.models import Model, as_model
 from acalx.numerics.arrays import Array
 from acalx.options import require_part, require_seed
 from acalx.planning.itinerary import Itinerary, check_order, itinerary
 from acalx.programs import Program, find_program
+from acalx.sensors import Sensor
 from acalx.simulation.campaign import Campaign
 from acalx.simulation.monte_carlo import default_estimator, run_campaign
 from acalx.simulation.outcome import Outcome
@@ -73,7 +74,7 @@ class Simulated:
 def simulate(
     programs: Program | str | Array | Sequence[Program | str | Array],
     stand: Stand,
-    model: Model,
+    model: Model | Sensor,
     errors: ErrorSources,
     *,
     trials: int = 20000,
@@ -93,9 +94,8 @@ def simulate(
     programs : Program, name or file of one, array (n, d) of settings, or a sequence of these
         Settings in rad or the SI unit, as the stand has them.
     stand : Stand
-    model : Model
+    model : Model or Sensor
     errors : ErrorSources
-        All that goes wrong, and how much.
     trials : int
         Two or more with each program; 20000 tell standard deviations to 0.5 %.
     estimator : Estimator, optional
@@ -118,7 +118,8 @@ def simulate(
     SingularError
         A program that can't show all the parameters.
     """
-    for name, part, kind in (("stand", stand, Stand), ("model", model, Model), ("errors", errors, ErrorSources)):
+    model = as_model(model)
+    for name, part, kind in (("stand", stand, Stand), ("errors", errors, ErrorSources)):
         require_part(name, part, kind)
     estimator = default_estimator(model) if estimator is None else estimator
     require_part("estimator", estimator, Estimator)

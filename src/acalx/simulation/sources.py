@@ -13,7 +13,7 @@ from acalx.errors import ArgumentError, CompatibilityError, Option
 from acalx.models import Model
 from acalx.numerics.arrays import Array
 from acalx.options import is_number, keep, require_switch
-from acalx.quantities.parameter import Parameter, parameter_groups
+from acalx.quantities.parameter import parameter_groups
 from acalx.stands import Stand
 
 __all__ = ["ErrorSources"]
@@ -32,10 +32,10 @@ class ErrorSources:
     parameters : mapping
         From a group of parameters to the standard deviation of the true ones, in their unit; or
         to a pair, the least and the largest magnitude, between which they are uniform, with
-        either sign.
+        either sign. About the nominal values. Of groups that are not here sensors differ by what the model's
+        prior says, or by the scatter that its parameters have.
     noise : float
-        Of a reading: in g for `ScalarAccel`; for models that are linear in their parameters a
-        multiple of the noise that they have as an option.
+        Of a reading, a multiple of the noise that the channels of the model have: of `ScalarAccel`, 1 g.
     setting_rad : float, rad
         Of the true attitude about the program's, about each axis of the sensor.
     setting_repeats : bool
@@ -103,7 +103,7 @@ class ErrorSources:
 
     def check(self, model: Model, stand: Stand) -> None:
         """Raise CompatibilityError for groups that the model lacks, or has and are not given."""
-        groups, name = parameter_groups(model.parameters), type(model).__name__
+        groups, name = parameter_groups(model.parameters), model.called
         for group, magnitude in self.parameters.items():
             if group not in groups and magnitude != 0.0:
                 raise CompatibilityError(
@@ -115,8 +115,10 @@ class ErrorSources:
                     errors=Option("errors", "NAME", "ErrorSources(...)"),
                     none=Option(f"errors.parameters.{group}", 0, repr({group: 0}), argument="parameters"),
                 )
-        for group in groups:
-            if group not in self.parameters:
+        known = model.prior_information > 0.0
+        for group, members in groups.items():
+            told = all(known[k] or model.parameters[k].scatter is not None for k in members)
+            if group not in self.parameters and not told:
                 raise CompatibilityError(
                     "how large are the true {group} of model {model}? Give {size}, "
                     "a standard deviation, or [1e-5,1e-4], the least and the largest magnitude",
@@ -132,16 +134,20 @@ class ErrorSources:
                 none=Option("errors.installation_arcsec", [0, 0]),
             )
 
-    def true_parameters(self, parameters: tuple[Parameter, ...], normal: Array, uniform: Array) -> Array:
+    def true_parameters(self, model: Model, normal: Array, uniform: Array) -> Array:
         """True parameters (T, p) from standard normal and uniform numbers (T, p)."""
         out = np.empty_like(normal)
-        for k, parameter in enumerate(parameters):
-            magnitude = self.parameters[parameter.group]
+        for k, (parameter, information) in enumerate(zip(model.parameters, model.prior_information, strict=True)):
+            usual = parameter.scatter if information == 0.0 else float(information**-0.5)
+            magnitude = self.parameters.get(parameter.group, usual)
             if isinstance(magnitude, Sequence):
                 low, high = magnitude
                 out[:, k] = np.copysign(low + (high - low) * uniform[:, k], normal[:, k])
             else:
+                assert magnitude is not None  # `check` has seen to that
                 out[:, k] = magnitude * normal[:, k]
+            if parameter.nominal:
+                out[:, k] += parameter.nominal
         return out
 
     def installation(self, normal: Array) -> Array:

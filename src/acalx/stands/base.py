@@ -67,7 +67,7 @@ class Stand(ABC):
 
     @abstractmethod
     def stimulus(self, settings: Array) -> Stimulus:
-        """What the sensor feels: settings (..., n, d), in rad where they are angles, to arrays (..., n, 3)."""
+        """What the sensor feels: settings (..., n, d), in rad or the SI unit, to arrays (..., n, width)."""
 
     # ---- what follows for all
 
@@ -82,7 +82,7 @@ class Stand(ABC):
         return Axes(self.settings, self.zones, type(self).__name__)
 
     def derivative(self, settings: Array) -> Stimulus:
-        """Derivatives of the stimulus with respect to the settings, arrays (..., n, 3, d).
+        """Derivatives of the stimulus with respect to the settings, arrays (..., n, width, d).
 
         The default differentiates `stimulus` numerically, by central differences.
         """
@@ -92,16 +92,17 @@ class Stand(ABC):
             shift = np.zeros(settings.shape[-1])
             shift[k] = step
             above, below = self.stimulus(settings + shift), self.stimulus(settings - shift)
-            for (name, plus), (_, minus) in zip(above.quantities(), below.quantities(), strict=True):
+            for (name, plus), (_, minus) in zip(above.items(), below.items(), strict=True):
                 columns.setdefault(name, []).append((plus - minus) / (2 * step))
-        return Stimulus(**{name: np.stack(arrays, axis=-1) for name, arrays in columns.items()})
+        return above.made({name: np.stack(arrays, axis=-1) for name, arrays in columns.items()})
 
     def pull(self, settings: Array, gradient: Stimulus) -> Array:
-        """From a gradient with respect to the stimulus, (..., n, 3), to the settings, (..., n, d)."""
+        """From a gradient with respect to the stimulus, (..., n, width), to the settings, (..., n, d)."""
         derivative = self.derivative(settings)
         total = np.zeros(settings.shape)
-        for name, feels in gradient.quantities():
-            total += (feels[..., None, :] @ getattr(derivative, name))[..., 0, :]
+        for name, feels in gradient.items():
+            pulled = (feels[..., None, :] @ derivative[name])[..., 0, :]
+            total += pulled if gradient.weights is None else pulled.sum(axis=-2)
         return total
 
     # ---- what only the bound asks

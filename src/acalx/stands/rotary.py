@@ -91,13 +91,13 @@ class Rotary(Stand):
     def stimulus(self, settings: Array) -> Stimulus:
         """The surroundings in sensor axes: settings (..., n, d) in rad to arrays (..., n, 3)."""
         turns, shape = self.turns_at(settings), settings.shape[:-1]
-        return Stimulus(**{name: vectors(turned(felt, turns), shape) for name, felt in self.surroundings.items()})
+        return Stimulus({name: vectors(turned(felt, turns), shape) for name, felt in self.surroundings.items()})
 
     def derivative(self, settings: Array) -> Stimulus:
         """Its exact derivatives, arrays (..., n, 3, d)."""
         turns, shape = self.turns_at(settings), settings.shape[:-1]
         return Stimulus(
-            **{name: derivatives(differentiated(felt, turns)[1], shape) for name, felt in self.surroundings.items()}
+            {name: derivatives(differentiated(felt, turns)[1], shape) for name, felt in self.surroundings.items()}
         )
 
     @property
@@ -150,7 +150,7 @@ class Rotary(Stand):
         known = dict(zip(names, ((s[..., k], c[..., k]) for s, c in sines for k in range(s.shape[-1])), strict=True))
         turns = [(*PLANES[axis], *known[name]) for name, axis in self.installed.items()]
         shape = np.broadcast_shapes(settings.shape[:-1], errors.shape[:-1])
-        return Stimulus(**{name: vectors(turned(felt, turns), shape) for name, felt in self.surroundings.items()})
+        return Stimulus({name: vectors(turned(felt, turns), shape) for name, felt in self.surroundings.items()})
 
     @cached_property
     def _planes(self) -> tuple[tuple[int, int], ...]:

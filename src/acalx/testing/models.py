@@ -1,21 +1,115 @@
-"""The contract of a model."""
+"""The contracts of a sensor, of a comparison, and of the model that they make."""
 
 from __future__ import annotations
 
-from dataclasses import fields
-
 import numpy as np
 
-from acalx.models import Model
-from acalx.quantities.stimulus import Stimulus
+from acalx.models import Compared, Comparison, Model
+from acalx.numerics.arrays import Array
+from acalx.quantities.stimulus import UNITS_OF, Stimulus
+from acalx.sensors import Sensor
 from acalx.stands import Stand
 from acalx.testing.rules import STACKS, N, require, require_close, require_derivative, require_shape, require_stacked
 
-__all__ = ["check_model"]
+__all__ = ["check_comparison", "check_model", "check_sensor"]
+
+# Errors of the sensors that are tried, a share of what they read.
+_SIZE = 0.03
+
+
+def check_sensor(sensor: Sensor, stand: Stand, *, seed: int = 0) -> None:
+    """Check a sensor on the stimulus of a stand: names, readings, derivatives, what was felt from what was read.
+
+    Parameters
+    ----------
+    sensor : Sensor
+    stand : Stand
+        One that provides what it needs.
+    seed : int
+        Of the random settings and errors.
+    """
+    p, k = len(sensor.parameters), len(sensor.channels)
+    for what, items in (("parameter", sensor.parameters), ("channel", sensor.channels)):
+        names = [item.name for item in items]
+        require(bool(names) and len(set(names)) == len(names), sensor, f"each {what} has its own name, got {names}")
+    rng = np.random.default_rng(seed)
+    model = Compared(sensor)
+    for stack in STACKS:
+        settings = stand.axes.random(rng, (*stack, N))
+        stimulus = _in_units(model, stand.stimulus(settings), stand)
+        parameters = sensor.nominal + _SIZE * rng.standard_normal((*stack, p))
+        found = sensor.readings(parameters, stimulus)
+        require_shape(sensor, "readings", found, (*stack, N, k))
+        turned = stimulus.made({name: value[..., ::-1, :] for name, value in stimulus.items()})
+        rule = "a position's readings depend on it alone, not on its place among the others"
+        if not {"time"} & set(sensor.needs):
+            require_close(sensor, rule, sensor.readings(parameters, turned), found[..., ::-1, :], 1e-9)
+        for index in np.ndindex(stack):
+            alone = stimulus.made({name: value[index] for name, value in stimulus.items()})
+            rule = "readings of a stack are those of its members"
+            require_close(sensor, rule, found[index], sensor.readings(parameters[index], alone), 1e-9)
+        slopes, numerical = (
+            sensor.by_parameters(parameters, stimulus),
+            Sensor.by_parameters(sensor, parameters, stimulus),
+        )
+        slopes, numerical = (np.broadcast_to(each, (*stack, N, k, p)) for each in (slopes, numerical))
+        require_close(sensor, "by_parameters agrees with the numerical derivatives", slopes, numerical, 1e-6)
+        exact, wanted = sensor.by_stimulus(parameters, stimulus), Sensor.by_stimulus(sensor, parameters, stimulus)
+        for name, expected in wanted.items():
+            rule = f"by_stimulus agrees with the numerical derivative by {name}"
+            require_close(sensor, rule, np.broadcast_to(exact[name], expected.shape), expected, 1e-6)
+        if sensor.senses:
+            felt = sensor.felt(parameters, found, stimulus)
+            for name in sensor.senses:
+                rule = f"felt finds the {name} from readings without noise"
+                require_close(sensor, rule, felt[name], np.broadcast_to(stimulus[name], felt[name].shape), 1e-9)
+
+
+def check_comparison(comparison: Comparison, sensor: Sensor, stand: Stand, *, seed: int = 0) -> None:
+    """Check a comparison of a sensor: nothing is left of the right parameters, and its rows are derivatives.
+
+    Parameters
+    ----------
+    comparison : Comparison
+    sensor : Sensor
+        One that has what is compared.
+    stand : Stand
+        One that provides what the sensor needs.
+    seed : int
+        Of the random settings and errors.
+    """
+    comparison.check(sensor)
+    rng = np.random.default_rng(seed)
+    p, k, m = len(sensor.parameters), len(sensor.channels), comparison.count(sensor)
+    require(set(comparison.knows(sensor)) <= set(sensor.needs), comparison, "knows names quantities that are felt")
+    known = _in_units(Compared(sensor), stand.stimulus(stand.axes.random(rng, (N,))), stand)
+    truth = sensor.nominal + _SIZE * rng.standard_normal((2, p))
+    readings = sensor.readings(truth, known)
+    found = comparison.residual(sensor, truth, readings, known)
+    require_shape(comparison, "the residual", np.broadcast_to(found.value, (2, N, m)), (2, N, m))
+    scale = float(np.abs(readings).max())
+    require_close(comparison, "the right parameters leave nothing", found.value / scale, np.zeros((2, N, m)), 1e-9)
+    step = 1e-5
+    for number in range(p):
+        shift = step * (np.arange(p) == number)
+        above, below = (comparison.residual(sensor, truth + s, readings, known).value for s in (shift, -shift))
+        rows = np.broadcast_to(found.rows, (2, N, m, p))[..., number]
+        require_close(
+            comparison, "rows say how much of it a parameter takes off", rows, (below - above) / (2 * step), 1e-5
+        )
+    nominal = comparison.rows(sensor, known)
+    by_readings = np.eye(k) if nominal.by_readings is None else nominal.by_readings
+    clean = sensor.readings(sensor.nominal, known)
+    for number in range(k):
+        shift = step * scale * (np.arange(k) == number)
+        above, below = (comparison.residual(sensor, sensor.nominal, clean + s, known).value for s in (shift, -shift))
+        slope = np.broadcast_to(by_readings, (N, m, k))[..., number]
+        rule = "by_readings are its derivatives by the readings"
+        require_close(comparison, rule, slope, (above - below) / (2 * step * scale), 1e-5)
 
 
 def check_model(model: Model, stand: Stand, *, seed: int = 0) -> None:
-    """Check a model on the stimulus of a stand: parameters, regressors, derivative.
+    """Check a model on the stimulus of a stand: parameters, regressors, their derivative, readings, residual.
 
     Parameters
     ----------
@@ -25,21 +119,49 @@ def check_model(model: Model, stand: Stand, *, seed: int = 0) -> None:
     seed : int
         Of the random settings.
     """
-    p, m = len(model.parameters), model.outputs
+    p, m, k = len(model.parameters), model.outputs, len(model.channels)
     names = [parameter.name for parameter in model.parameters]
     require(p > 0 and m > 0, model, "there are parameters and outputs")
     require(len(set(names)) == p, model, f"each parameter has its own name, got {names}")
-    known = {field.name for field in fields(Stimulus)}
-    require(bool(model.needs) and set(model.needs) <= known, model, f"needs names quantities among {sorted(known)}")
-    require(model.smallest_n * m >= p, model, f"smallest_n={model.smallest_n} gives fewer readings than parameters")
+    require(bool(tuple(model.needs)), model, f"needs names quantities, as {sorted(UNITS_OF)}")
+    informed = bool(model.prior_information.any())
+    require(informed or model.smallest_n * m >= p, model, "smallest_n gives as many readings as parameters")
     for stack in STACKS:
         angles = stand.axes.random(np.random.default_rng(seed), (*stack, N))
         stimulus = stand.stimulus(angles)
         model.check(stimulus, stand)
-        require_shape(model, "regressors", model.regressors(stimulus), (*stack, N, m, p))
+        rows = model.regressors(stimulus)
+        require_shape(model, "regressors", rows, (*stack, N, m, p))
         require_stacked(model, "regressors", lambda x: [model.regressors(stand.stimulus(x))], angles)
-        turned = Stimulus(**{name: value[..., ::-1, :] for name, value in stimulus.quantities()})
-        rule = "a position's rows depend on it alone, not on its place among the others"
-        require_close(model, rule, model.regressors(turned), model.regressors(stimulus)[..., ::-1, :, :], 1e-9)
-        exact, numerical = model.derivative(stimulus), Model.derivative(model, stimulus)
-        require_derivative(model, exact, numerical, (*stack, N, m, p, 3))
+        turned = stimulus.made({name: value[..., ::-1, :] for name, value in stimulus.items()})
+        if stimulus.weights is None:
+            rule = "a position's rows depend on it alone, not on its place among the others"
+            require_close(model, rule, model.regressors(turned), rows[..., ::-1, :, :], 1e-9)
+            _check_derivatives(model, stimulus, rows)
+        zeros = np.broadcast_to(model.nominal, (*stack, p))
+        readings = model.readings(zeros, stimulus)
+        require_shape(model, "readings", readings, (*stack, N, k))
+        residual, there = model.residual(zeros, readings, stimulus)
+        require_shape(model, "residual", residual, (*stack, N * m))
+        rule = "a sensor without errors leaves nothing, and its rows are the regressors"
+        require_close(model, rule, residual, np.zeros(residual.shape), 1e-9)
+        require_close(model, rule, np.broadcast_to(there, (*stack, N * m, p)), rows.reshape(*stack, N * m, p), 1e-9)
+
+
+def _check_derivatives(model: Model, stimulus: Stimulus, rows: Array) -> None:
+    """Derivatives of the rows, and a gradient pulled through them."""
+    exact, numerical = model.derivative(stimulus), Model.derivative(model, stimulus)
+    widths = {name: stimulus[name].shape[-1] for name in numerical}
+    for name, width in widths.items():
+        alone, wanted = (Stimulus({name: each[name]}) for each in (exact, numerical))
+        require_derivative(model, alone, wanted, (*rows.shape, width))
+    gradient = np.cos(np.arange(rows.size)).reshape(rows.shape)
+    pulled, wanted = model.pull(stimulus, gradient), Model.pull(model, stimulus, gradient)
+    for name, expected in wanted.items():
+        require_close(model, f"pull by {name} is the chain rule", pulled[name], expected, 1e-6)
+
+
+def _in_units(model: Compared, stimulus: Stimulus, stand: Stand) -> Stimulus:
+    """What a sensor feels, in the units that it takes."""
+    model.check(stimulus, stand)
+    return model.in_units(stimulus.mean())

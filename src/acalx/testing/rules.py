@@ -60,7 +60,7 @@ def require_stacked(part: object, what: str, function: Callable[[Array], list[Ar
 
 def require_derivative(part: object, exact: Stimulus, numerical: Stimulus, shape: tuple[int, ...]) -> None:
     """An exact derivative has this shape and agrees with the numerical one."""
-    got, wanted = dict(exact.quantities()), dict(numerical.quantities())
+    got, wanted = dict(exact.items()), dict(numerical.items())
     require(sorted(got) == sorted(wanted), part, f"derivative is of {sorted(wanted)}, got {sorted(got)}")
     for name, expected in wanted.items():
         require_shape(part, f"derivative.{name}", got[name], shape)
@@ -69,4 +69,4 @@ def require_derivative(part: object, exact: Stimulus, numerical: Stimulus, shape
 
 def arrays(stimulus: Stimulus) -> list[Array]:
     """The quantities of a stimulus, one array each."""
-    return [value for _, value in stimulus.quantities()]
+    return [value for _, value in stimulus.items()]

@@ -42,18 +42,18 @@ def check_stand(stand: Stand, *, seed: int = 0) -> None:
         require_close(stand, "random settings follow from the seed", angles, again, 0.0)
         require(bool(stand.axes.allows(angles).all()), stand, "random settings are ones that the stand allows")
         stimulus = stand.stimulus(angles)
-        require(any(True for _ in stimulus.quantities()), stand, "stimulus gives one quantity or more")
-        for name, value in stimulus.quantities():
+        require(any(True for _ in stimulus.items()), stand, "stimulus gives one quantity or more")
+        for name, value in stimulus.items():
             require_shape(stand, f"stimulus.{name}", value, (*shape, 3))
         require_stacked(stand, "stimulus", lambda x: arrays(stand.stimulus(x)), angles)
         turned = angles + 2.0 * np.pi * np.array([s.periodic for s in settings])
         for same in (turned, stand.axes.wrap(turned), stand.axes.wrap(angles)):
-            for (name, value), (_, other) in zip(stimulus.quantities(), stand.stimulus(same).quantities(), strict=True):
+            for (name, value), (_, other) in zip(stimulus.items(), stand.stimulus(same).items(), strict=True):
                 require_close(stand, f"a periodic setting a turn on gives the same {name}", other, value, 1e-9)
         exact, numerical = stand.derivative(angles), Stand.derivative(stand, angles)
         require_derivative(stand, exact, numerical, (*shape, 3, len(settings)))
-        if stimulus.specific_force is not None:
-            _check_aim(stand, stimulus.specific_force)
+        if "specific_force" in stimulus:
+            _check_aim(stand, stimulus["specific_force"])
         for program in angles.reshape(-1, N, len(settings))[:1]:
             _check_equivalents(stand, program)
             _check_misaligned(stand, program)
@@ -69,7 +69,7 @@ def _check_aim(stand: Stand, directions: Array) -> None:
     except CompatibilityError:
         return
     require_shape(stand, "aim", aimed, (*directions.shape[:-1], len(stand.settings)))
-    force = dict(stand.stimulus(aimed).quantities())["specific_force"]
+    force = dict(stand.stimulus(aimed).items())["specific_force"]
     require_close(stand, "aim brings the vertical where it is told", force, directions, 1e-7)
     moving = aimed[..., [not setting.angle for setting in stand.settings]]
     require(not moving.any(), stand, "aim leaves settings that are no angles at rest")
@@ -81,21 +81,21 @@ def _check_equivalents(stand: Stand, program: Array) -> None:
     require_shape(stand, "equivalents", ways, (len(ways), *program.shape))
     require(np.array_equal(ways[0], program), stand, "the given settings come first among the equivalent ones")
     require(bool(stand.axes.allows(ways).all()), stand, "equivalent settings are ones that the stand allows")
-    wanted = dict(stand.stimulus(program).quantities())
-    for name, felt in stand.stimulus(ways).quantities():
+    wanted = dict(stand.stimulus(program).items())
+    for name, felt in stand.stimulus(ways).items():
         expected = np.broadcast_to(wanted[name], felt.shape)
         require_close(stand, f"equivalent settings give the same {name}", felt, expected, 1e-9)
 
 
 def _check_misaligned(stand: Stand, program: Array) -> None:
     """What is felt for a program (n, d) where the axes are off, by nothing and by each of the errors alone."""
-    wanted, count = dict(stand.stimulus(program).quantities()), len(stand.axis_errors)
-    felt = dict(stand.misaligned(program, np.zeros((2, 1, count))).quantities())
+    wanted, count = dict(stand.stimulus(program).items()), len(stand.axis_errors)
+    felt = dict(stand.misaligned(program, np.zeros((2, 1, count))).items())
     for name, value in wanted.items():
         value = np.broadcast_to(value, (2, *value.shape))
         got = np.broadcast_to(felt[name], value.shape)
         require_close(stand, f"axes off by nothing change nothing of {name}", got, value, 1e-9)
     if count:
-        off = dict(stand.misaligned(program, np.full((2, 1, count), 0.1)).quantities())
+        off = dict(stand.misaligned(program, np.full((2, 1, count), 0.1)).items())
         changed = [np.abs(off[name] - value).max() for name, value in wanted.items()]
         require(max(changed) > 1e-6, stand, "axes that are off change what is felt")

@@ -1,6 +1,6 @@
 """How right a calibration is, by positions that it has not seen."""
 
-from acalx.validation.comparison import Compared, compare_programs, vertical_of
+from acalx.validation.comparison import Compared, compare_programs, directions_of
 from acalx.validation.procedure import Validated, ValidatedSensor, validate
 from acalx.validation.splits import Validation, held_out
 
@@ -10,7 +10,7 @@ __all__ = [
     "ValidatedSensor",
     "Validation",
     "compare_programs",
+    "directions_of",
     "held_out",
     "validate",
-    "vertical_of",
 ]

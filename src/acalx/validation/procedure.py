@@ -11,10 +11,13 @@ import numpy as np
 from acalx.criteria import Criterion, D
 from acalx.errors import ArgumentError, DataError, Option
 from acalx.estimation import Calibration, Estimator, Iterated, Readings, Unit, calibrate
-from acalx.models import ScalarAccel
+from acalx.estimation.calibration import unit_of_residuals
+from acalx.estimation.procedure import prepared
+from acalx.models import Model, ScalarAccel, as_model
 from acalx.numerics.arrays import Array
 from acalx.options import is_whole, require_part, require_seed
 from acalx.programs import Program, find_program, published_for
+from acalx.sensors import Sensor
 from acalx.stands import Stand, TwoAxis
 from acalx.validation.comparison import Compared, compare_programs, median_of
 from acalx.validation.splits import (
@@ -28,7 +31,7 @@ from acalx.validation.splits import (
 
 __all__ = ["Validated", "ValidatedSensor", "validate"]
 
-_MODEL, _ESTIMATOR, _UNIT, _CRITERION, _STAND = ScalarAccel(), Iterated(), Unit(), D(), TwoAxis()
+_MODEL, _ESTIMATOR, _CRITERION, _STAND = ScalarAccel(), Iterated(), D(), TwoAxis()
 
 
 @final
@@ -42,7 +45,7 @@ class ValidatedSensor:
     n : int
         Number of its positions.
     figures : mapping
-        R^2 and root mean square in g of each way to hold positions out that there were enough
+        R^2 and root mean square of each way, with its unit, to hold positions out that there were enough
         for: ``splits_r_squared``, ``splits_rms_g``, ``folds_...``, ``leave_one_out_...``, or ``test_...``
         with readings of their own; ``splits_failed`` counts splits that could not show the parameters.
     left_out : Validation
@@ -66,9 +69,12 @@ class Validated:
     Parameters
     ----------
     sensors : sequence of ValidatedSensor
+    unit : str
+        Of residuals, as names in files have it: ``g``, or ``relative`` to the model's noise.
     """
 
     sensors: Sequence[ValidatedSensor]
+    unit: str = "g"
 
     @property
     def medians(self) -> dict[str, float]:
@@ -95,7 +101,7 @@ class Validated:
 class _Ways:
     """How each sensor is calibrated, and how its positions are held out."""
 
-    model: ScalarAccel
+    model: Model
     estimator: Estimator
     unit: Unit
     criterion: Criterion
@@ -106,12 +112,17 @@ class _Ways:
     turns: int
 
     def __post_init__(self) -> None:
-        kinds = {"model": ScalarAccel, "estimator": Estimator, "unit": Unit, "criterion": Criterion}
+        kinds = {"estimator": Estimator, "criterion": Criterion}
         for name, kind in kinds.items():
             require_part(name, getattr(self, name), kind)
         self.criterion.check(self.model.parameters)
         if not is_whole(self.turns) or self.turns < 1:
             raise ArgumentError.of("turns", self.turns, "give a whole number; 1 leaves programs as they are")
+
+    @property
+    def rms(self) -> str:
+        """What root mean squares are called: with the unit that residuals are in."""
+        return f"rms_{unit_of_residuals(self.model)}"
 
     def sensor(
         self, name: str, readings: Readings, tests: Mapping[str, Readings] | None, rng: np.random.Generator
@@ -123,15 +134,15 @@ class _Ways:
         if name not in tests:
             raise DataError(f"the test file has no sensor {name}; the two files must have the same sensors")
         tested = held_out(readings, tests[name], self.model, self.estimator, self.unit)
-        figures = {"test_r_squared": float(tested.r_squared[0]), "test_rms_g": float(tested.rms[0])}
+        figures = {"test_r_squared": float(tested.r_squared[0]), f"test_{self.rms}": float(tested.rms[0])}
         return ValidatedSensor(name, readings.n, figures, Validation(tested.before[0], tested.after[0]), [])
 
 
 def validate(
     readings: Readings | Array | Mapping[str, Readings | Array],
-    model: ScalarAccel = _MODEL,
+    model: Model | Sensor = _MODEL,
     estimator: Estimator = _ESTIMATOR,
-    unit: Unit = _UNIT,
+    unit: Unit | None = None,
     *,
     test: Readings | Array | Mapping[str, Readings | Array] | None = None,
     criterion: Criterion = _CRITERION,
@@ -148,24 +159,21 @@ def validate(
     Parameters
     ----------
     readings : Readings, array (n, 3) of means, or a mapping from the names of sensors to these
-    model : ScalarAccel
-    estimator : Estimator
-    unit : Unit of the readings
+    model, estimator : Model or Sensor, Estimator
+    unit : Unit of the readings, where it is not that of the sensor's channels
     test : as readings, optional
         Other readings of the same sensors: calibrate on `readings`, test on these, and nothing else.
     criterion : Criterion
         By which the best of the measured positions are chosen.
     programs : sequence of Program, name or file of one, or array (n, 3), optional
-        To compare; of an array the rows are unit vectors of the vertical in sensor axes. All
-        published ones of the stand where it is not given.
-    stand : Stand
-        On which the programs are.
+        To compare, all published ones of the stand if not given; rows of an array are unit vectors in sensor axes.
+    stand : Stand of the programs
     splits, share : int, float
         So many random splits, each with this share of the positions for training.
     folds : int
         From 2 to the number of positions; besides, each position is left out by itself.
     turns : int
-        So many turns of each program as a whole are tried to find measured positions near it.
+        Of each program as a whole, that are tried to find measured positions near it.
     seed : int of the splits and the turns
 
     Raises
@@ -180,13 +188,16 @@ def validate(
         Positions that can't show all the parameters.
     """
     require_seed(seed)
-    require_part("stand", stand, Stand)
-    verticals = _verticals(list(published_for(stand)) if programs is None else programs, stand)
+    for name, part, kind in (("stand", stand, Stand), ("estimator", estimator, Estimator)):
+        require_part(name, part, kind)
+    model = estimator.model_for(as_model(model))
+    unit = prepared(model, unit)
+    verticals = _verticals(model, list(published_for(stand)) if programs is None else programs, stand)
     ways = _Ways(model, estimator, unit, criterion, verticals, splits, share, folds, turns)
     tests = None if test is None else _by_name(test)
     rng = np.random.default_rng(seed)
     sensors = [ways.sensor(name, given, tests, rng) for name, given in _by_name(readings).items()]
-    return Validated(sensors)
+    return Validated(sensors, unit_of_residuals(model))
 
 
 def _by_name(readings: Readings | Array | Mapping[str, Readings | Array]) -> dict[str, Readings]:
@@ -198,8 +209,9 @@ def _by_name(readings: Readings | Array | Mapping[str, Readings | Array]) -> dic
     return {name: Readings.of(given, name) for name, given in readings.items()}
 
 
-def _verticals(programs: Sequence[Program | str | Array], stand: Stand) -> dict[str, Array]:
-    """The vertical in sensor axes, arrays (n, 3), of programs by name; those that do not say it are left out."""
+def _verticals(model: Model, programs: Sequence[Program | str | Array], stand: Stand) -> dict[str, Array]:
+    """The one vector that a model reads, arrays (n, 3) in sensor axes, of programs by name, if they say it."""
+    quantity = next(iter(model.needs))
     verticals = {}
     for k, one in enumerate(programs, 1):
         if isinstance(one, np.ndarray):
@@ -209,9 +221,9 @@ def _verticals(programs: Sequence[Program | str | Array], stand: Stand) -> dict[
             verticals[name] = directions
             continue
         program = find_program(one) if isinstance(one, str) else one
-        force = stand.stimulus(program.settings_for(stand)).specific_force
-        if force is not None:
-            verticals[program.name] = force
+        felt = stand.stimulus(program.settings_for(stand))
+        if quantity in felt and felt.weights is None:
+            verticals[program.name] = felt[quantity]
     return verticals
 
 
@@ -233,14 +245,14 @@ def _held_out_ways(name: str, calibration: Calibration, ways: _Ways, rng: np.ran
         splits = validate_splits(readings, train, held, model, estimator, unit)
         figures |= {
             "splits_r_squared": float(np.median(splits.r_squared)),
-            "splits_rms_g": float(np.median(splits.rms)),
+            f"splits_{ways.rms}": float(np.median(splits.rms)),
             "splits_failed": float(splits.failed),
         }
     folds = take_folds(n, ways.folds, rng)
     if n - max(len(fold) for fold in folds) >= least:
         pooled = validate_folds(readings, folds, model, estimator, unit)
-        figures |= {"folds_r_squared": float(pooled.r_squared), "folds_rms_g": float(pooled.rms)}
+        figures |= {"folds_r_squared": float(pooled.r_squared), f"folds_{ways.rms}": float(pooled.rms)}
     left_out = validate_folds(readings, take_folds(n, n, rng), model, estimator, unit)
-    figures |= {"leave_one_out_r_squared": float(left_out.r_squared), "leave_one_out_rms_g": float(left_out.rms)}
+    figures |= {"leave_one_out_r_squared": float(left_out.r_squared), f"leave_one_out_{ways.rms}": float(left_out.rms)}
     compared = compare_programs(calibration, ways.programs, ways.criterion, estimator, rng, turns=ways.turns)
     return ValidatedSensor(name, n, figures, left_out, compared)

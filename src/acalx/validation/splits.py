@@ -10,10 +10,10 @@ import numpy as np
 
 from acalx.errors import ArgumentError, DataError
 from acalx.estimation.base import Estimator
+from acalx.estimation.procedure import starting_point
 from acalx.estimation.readings import Readings
-from acalx.estimation.sphere import starting_point
 from acalx.estimation.units import Unit
-from acalx.models import ScalarAccel
+from acalx.models import Model
 from acalx.numerics.arrays import Array
 from acalx.options import is_number, is_whole
 from acalx.quantities.stimulus import Stimulus
@@ -28,9 +28,9 @@ class Validation:
 
     Parameters
     ----------
-    before : array (..., t), in g
-        Without the calibration: |W| / |g| - 1.
-    after : array (..., t), in g
+    before : array (..., t m), in units of the model's noise, of `ScalarAccel` in g
+        Residuals without the calibration: |W| / |g| - 1.
+    after : array (..., t m)
         With it; nan where the training positions can't show all the parameters.
     """
 
@@ -54,28 +54,27 @@ class Validation:
 
     @property
     def rms(self) -> Array:
-        """Root mean square of the residuals that are left, (...), in g; inf for splits that failed."""
+        """Root mean square of the residuals that are left, (...), in their unit; inf for splits that failed."""
         root = np.sqrt((self.after**2).mean(axis=-1))
         return np.where(np.isfinite(root), root, np.inf)
 
 
-def held_out(train: Readings, test: Readings, model: ScalarAccel, estimator: Estimator, unit: Unit) -> Validation:
+def held_out(train: Readings, test: Readings, model: Model, estimator: Estimator, unit: Unit) -> Validation:
     """Calibrate on some readings and test on others.
 
     Parameters
     ----------
     train, test : Readings
-    model : ScalarAccel
+    model : Model
     estimator : Estimator
     unit : Unit
     """
-    return _tested(
-        train.means[None], test.means[None], _vertical(train, None), _vertical(test, None), model, estimator, unit
-    )
+    everything = (np.arange(train.n)[None], np.arange(test.n)[None])
+    return _tested((train, everything[0]), (test, everything[1]), model, estimator, unit)
 
 
 def validate_splits(
-    readings: Readings, train: np.ndarray, test: np.ndarray, model: ScalarAccel, estimator: Estimator, unit: Unit
+    readings: Readings, train: np.ndarray, test: np.ndarray, model: Model, estimator: Estimator, unit: Unit
 ) -> Validation:
     """Calibrate on some positions and test on others, for a stack of splits.
 
@@ -85,22 +84,20 @@ def validate_splits(
     train, test : arrays of int, (s, k) and (s, t)
         Positions of each split, by index.
     """
-    means = readings.means
-    return _tested(
-        means[train], means[test], _vertical(readings, train), _vertical(readings, test), model, estimator, unit
-    )
+    return _tested((readings, train), (readings, test), model, estimator, unit)
 
 
 def validate_folds(
-    readings: Readings, folds: Iterable[np.ndarray], model: ScalarAccel, estimator: Estimator, unit: Unit
+    readings: Readings, folds: Iterable[np.ndarray], model: Model, estimator: Estimator, unit: Unit
 ) -> Validation:
     """Each fold tested by the calibration from all the others; residuals in the order of the positions."""
-    before, after = np.empty(readings.n), np.empty(readings.n)
+    m = model.outputs
+    before, after = np.empty((readings.n, m)), np.empty((readings.n, m))
     for test in folds:
         train = np.setdiff1d(np.arange(readings.n), test)
         part = validate_splits(readings, train[None], test[None], model, estimator, unit)
-        before[test], after[test] = part.before[0], part.after[0]
-    return Validation(before, after)
+        before[test], after[test] = part.before[0].reshape(-1, m), part.after[0].reshape(-1, m)
+    return Validation(before.ravel(), after.ravel())
 
 
 def random_splits(n: int, share: float, count: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
@@ -123,28 +120,25 @@ def take_folds(n: int, k: int, rng: np.random.Generator) -> list[np.ndarray]:
     return [np.sort(part) for part in np.array_split(rng.permutation(n), k)]
 
 
-def _tested(
-    train: Array,
-    test: Array,
-    train_vertical: Stimulus | None,
-    test_vertical: Stimulus | None,
-    model: ScalarAccel,
-    estimator: Estimator,
-    unit: Unit,
-) -> Validation:
-    """Readings (s, k, 3) and (s, t, 3) to residuals (s, t)."""
-    start, per_g = starting_point(train - unit.offset, model, unit.per_g)
-    per_g = per_g[..., None, None]
-    estimate = estimator.estimate(model, (train - unit.offset) / per_g, train_vertical, start=start)
-    measured = (test - unit.offset) / per_g
-    before = model.residual_magnitude(measured)
+Chosen = tuple[Readings, np.ndarray]
+
+
+def _tested(train: Chosen, test: Chosen, model: Model, estimator: Estimator, unit: Unit) -> Validation:
+    """Readings in positions (s, k) and (s, t) to residuals (s, t m)."""
+    (taken, known), (held, held_known) = (_chosen(*each) for each in (train, test))
+    start, per = starting_point(taken - unit.offset, known, model, unit)
+    per = np.broadcast_to(per, (len(taken), per.shape[-1]))[:, None, :]
+    estimate = estimator.estimate(model, (taken - unit.offset) / per, known, start=start)
+    measured = (held - unit.offset) / per
     with np.errstate(all="ignore"):  # where the training positions could not show the parameters
-        after, _ = estimator.linearization(model, measured, test_vertical)(estimate.parameters)
+        linearize = estimator.linearization(model, measured, held_known)
+        nominal = np.broadcast_to(model.nominal, estimate.parameters.shape)
+        (before, _), (after, _) = linearize(nominal), linearize(estimate.parameters)
     return Validation(before, np.where(estimate.converged[..., None], after, np.nan))
 
 
-def _vertical(readings: Readings, positions: np.ndarray | None) -> Stimulus | None:
-    if readings.directions is None:
-        return None
-    chosen = readings.directions[None] if positions is None else readings.directions[positions]
-    return Stimulus(specific_force=chosen)
+def _chosen(readings: Readings, positions: np.ndarray) -> tuple[Array, Stimulus | None]:
+    """Means (s, k, channels) and what is known of the positions."""
+    felt = readings.stimulus
+    known = None if felt is None else felt.made({name: value[positions] for name, value in felt.items()})
+    return readings.means[positions], known

@@ -6,7 +6,7 @@ import numpy as np
 
 from acalx.criteria import Criterion
 from acalx.criteria.answers import loss_of
-from acalx.models import ScalarAccel
+from acalx.models import Model
 from acalx.numerics.arrays import Array
 from acalx.programs import find_program
 from acalx.quantities.information import Information
@@ -58,7 +58,7 @@ def random_turns(count: int, rng: np.random.Generator) -> Array:
 
 
 def best_positions(
-    directions: Array, n: int, model: ScalarAccel, criterion: Criterion, rng: np.random.Generator, starts: int = 10
+    felt: Stimulus, n: int, model: Model, criterion: Criterion, rng: np.random.Generator, starts: int = 10
 ) -> np.ndarray:
     """The n of N measured positions that a criterion likes best, by exchanges from random starts.
 
@@ -69,8 +69,8 @@ def best_positions(
     -------
     indices (n,), ascending
     """
-    rows = model.regressors(Stimulus(specific_force=directions))[:, 0, :]
-    outer = rows[:, :, None] * rows[:, None, :]
+    rows = model.regressors(felt)
+    outer = rows.swapaxes(-1, -2) @ rows
     best, chosen = np.inf, np.arange(n)
     for _ in range(starts):
         inside = rng.permutation(len(rows))[:n]
@@ -94,8 +94,8 @@ def random_positions(total: int, n: int, count: int, rng: np.random.Generator) -
     return rng.permuted(np.tile(np.arange(total), (count, 1)), axis=1)[:, :n]
 
 
-def efficiency(directions: Array, model: ScalarAccel) -> Array:
-    """D-efficiency of positions (..., n, 3) relative to as many spread evenly over the sphere, (...).
+def efficiency(directions: Array, model: Model) -> Array:
+    """D-efficiency of directions (..., n, 3) of the one vector that a model reads, relative to even ones, (...).
 
     (det M / det M_even)^(1/p): so many times as many readings in even positions are as good. For
     the nine parameters none are better than even.
@@ -103,10 +103,11 @@ def efficiency(directions: Array, model: ScalarAccel) -> Array:
     even = find_program("icosahedron_12").directions  # its moments to the fourth are those of the sphere
     assert even is not None
     p, n = len(model.parameters), directions.shape[-2]
-    reference = model.information(Stimulus(specific_force=even)).log_det + p * np.log(n / len(even))
-    return np.asarray(np.exp((model.information(Stimulus(specific_force=directions)).log_det - reference) / p))
+    (name,) = model.needs
+    reference = model.information(Stimulus({name: even})).log_det + p * np.log(n / len(even))
+    return np.asarray(np.exp((model.information(Stimulus({name: directions})).log_det - reference) / p))
 
 
-def _losses(matrices: Array, model: ScalarAccel, criterion: Criterion) -> Array:
+def _losses(matrices: Array, model: Model, criterion: Criterion) -> Array:
     """Loss of each matrix, +inf where singular."""
     return loss_of(criterion, Information(matrices, model.parameters))

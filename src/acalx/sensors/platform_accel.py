@@ -6,8 +6,9 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import final
 
-from acalx.models.polynomial import Polynomial, Term, require_axis, require_noise
 from acalx.quantities.parameter import Parameter
+from acalx.sensors.base import Channel
+from acalx.sensors.polynomial import Polynomial, Term, require_axis, require_noise
 
 __all__ = ["PlatformAccel"]
 
@@ -50,9 +51,9 @@ class PlatformAccel(Polynomial):
         return "accels"
 
     @property
-    def noise(self) -> float:
-        """Standard deviation of a reading, in g."""
-        return self.noise_g
+    def channels(self) -> tuple[Channel, ...]:
+        """accel_x, accel_y or accel_z in g."""
+        return (Channel(f"accel_{self.axis}", "g", self.noise_g),)
 
     @cached_property
     def terms(self) -> tuple[Term, ...]:
@@ -65,6 +66,7 @@ class PlatformAccel(Polynomial):
             return Term(parameter, tuple(("specific_force", axis) for axis in axes))
 
         return (
+            Term(None, (("specific_force", own),)),
             term("bias", "bias", "g"),
             term("scale", "scale", "1", own),
             *(term(f"misalignment_{'xyz'[axis]}", "misalignment", "rad", axis) for axis in others),

@@ -8,8 +8,9 @@ from functools import cached_property
 from typing import final
 
 from acalx.errors import ArgumentError
-from acalx.models.polynomial import Polynomial, Term, require_axis, require_noise
 from acalx.quantities.parameter import Parameter
+from acalx.sensors.base import Channel
+from acalx.sensors.polynomial import Polynomial, Term, require_axis, require_noise
 
 __all__ = ["PlatformGyro"]
 
@@ -72,9 +73,9 @@ class PlatformGyro(Polynomial):
         return "gyros"
 
     @property
-    def noise(self) -> float:
-        """Standard deviation of a reading, in deg/h."""
-        return self.noise_deg_h
+    def channels(self) -> tuple[Channel, ...]:
+        """gyro_x, gyro_y or gyro_z in deg/h: the drift, what the gyro would read at rest less the Earth's rate."""
+        return (Channel(f"gyro_{self.axis}", "deg/h", self.noise_deg_h),)
 
     @cached_property
     def terms(self) -> tuple[Term, ...]:

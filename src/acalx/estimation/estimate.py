@@ -1,0 +1,175 @@
+"""What an estimate is, and how accurate."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+
+from acalx.estimation.losses import Loss
+from acalx.models import Model
+from acalx.models.base import Noises
+from acalx.numerics.arrays import Array
+from acalx.quantities.information import Information
+
+__all__ = ["Estimate", "information_of", "positive", "scale_of"]
+
+_MEDIAN_OF_NORMAL = 0.6744897501960817
+
+
+@dataclass(frozen=True, eq=False)
+class Estimate:
+    """Parameters of a sensor, or of a stack of simulated ones, and the readings they come from.
+
+    Parameters
+    ----------
+    model : Model
+    parameters : array (..., p)
+        In their units; nan where the positions can't show them.
+    residual : array (..., n m)
+    rows : array (..., n m, p), or (n m, p) where all have the same
+        What the parameters leave of the residuals, in units of the model's noise, and the regressors there.
+    noise : array (n m,) or (..., n m), optional
+        Standard deviation of each residual in the same unit, where it is known, or was estimated for several noises.
+    loss : Loss
+    converged : array (...)
+        Whether the last step was below the tolerance.
+    iterations : int
+    sizes : array (..., g)
+        Of several noises that were estimated, each in units of the model's; empty otherwise.
+    """
+
+    model: Model
+    parameters: Array
+    residual: Array
+    rows: Array
+    noise: Array | None
+    loss: Loss
+    converged: np.ndarray
+    iterations: int
+    sizes: Array = field(default_factory=lambda: np.zeros(0))
+
+    @property
+    def known(self) -> bool:
+        """Whether the noise was known rather than estimated from the residuals."""
+        return self.noise is not None and not self.sizes.size
+
+    @cached_property
+    def freedom(self) -> float:
+        """Degrees of freedom of the residuals: their number less that of the parameters, or of what these fit away.
+
+        With a prior the residuals fit away less. Of several noises the least.
+        """
+        noises = self.model.noises
+        if self.sizes.size:
+            n = self.residual.shape[-1] // len(noises.of_outputs)
+            return float((n * np.bincount(noises.of_outputs) - noises.parameters).min())
+        count, p = self.residual.shape[-1], self.parameters.shape[-1]
+        prior = self.model.prior_information
+        if not prior.any():
+            return float(count - p)
+        rows = self.rows if self.noise is None else self.rows / self.noise[..., None]
+        matrix = (rows.swapaxes(-1, -2) @ rows).reshape(-1, p, p)[0]
+        if self.noise is None:  # what a prior says counts in units of the residuals
+            left = max(1, count - p + np.count_nonzero(prior))
+            prior = prior * float((self.residual**2).reshape(-1, count)[0].sum() / left)
+        return float(count - np.trace(np.linalg.solve(matrix + np.diag(prior), matrix)))
+
+    @cached_property
+    def freedoms(self) -> Array:
+        """Degrees of freedom with which the error of each parameter is told, (p,)."""
+        p = self.parameters.shape[-1]
+        if not self.sizes.size:
+            return np.full(p, float(self.freedom))
+        noises, m = self.model.noises, self.model.outputs
+        n = self.residual.shape[-1] // m
+        each = n * np.bincount(noises.of_outputs) - noises.parameters
+        shows = (np.abs(self.rows.reshape(-1, n, m, p)) > 0.0).any(axis=(0, 1))  # (m, p)
+        freedoms = np.where(shows, each[noises.of_outputs][:, None], np.inf).min(axis=0)
+        return np.asarray(np.where(np.isfinite(freedoms), freedoms, each.min()))
+
+    def sizes_of_noises(self, noises: Noises, of_residuals: np.ndarray) -> Array:
+        """The size of each noise in units of the model's, (..., g), from the residuals that it is the noise of."""
+        n = len(of_residuals) // len(noises.of_outputs)
+        sizes = []
+        for k, parameters in enumerate(noises.parameters):
+            own = self.residual[..., of_residuals == k]
+            freedom = n * int((noises.of_outputs == k).sum()) - parameters
+            sizes.append(scale_of(own, freedom, self.loss, None) if freedom > 0 else np.ones(own.shape[:-1]))
+        return positive(np.stack(sizes, axis=-1))
+
+    @cached_property
+    def information(self) -> Information:
+        """H'H, each row over the standard deviation of its residual where that is known, with what a prior says."""
+        rows = self.rows if self.noise is None else self.rows / self.noise[..., None]
+        found = information_of(rows, self.model)
+        prior = self.model.prior_information
+        if not prior.any():
+            return found
+        size = np.ones(self.parameters.shape[:-1]) if self.noise is not None else positive(self.scale)
+        matrix = found.matrix + (size**2)[..., None, None] * np.diag(prior)
+        return Information(matrix, self.model.parameters)
+
+    @cached_property
+    def scaled(self) -> Array:
+        """Residuals in units of their known standard deviation, or as they are, (..., n m)."""
+        return self.residual if self.noise is None else self.residual / self.noise
+
+    @cached_property
+    def scale(self) -> Array:
+        """Standard deviation of a residual in units of `scaled`, (...): 1 where the noise is known.
+
+        Nan where there are as many parameters as positions.
+        """
+        return scale_of(self.scaled, self.freedom, self.loss, self.noise)
+
+    @property
+    def variance(self) -> Array:
+        """Factor (...) that makes inv(H'H) the covariance of the parameters.
+
+        Where the noise is estimated, s^2 (sum psi^2 / (n - p)) / (mean psi')^2, which for
+        squares is the residual variance. Source: Huber, Robust Statistics (1981), chapter 7.
+        """
+        if self.noise is not None:
+            return np.full(self.parameters.shape[:-1], self.loss.variance_factor)
+        if self.freedom <= 0:
+            return np.full(self.parameters.shape[:-1], np.nan)
+        u = self.residual / positive(self.scale)[..., None]
+        psi = u * self.loss.weight(u)
+        slope = self.loss.slope(u).mean(axis=-1)
+        return np.asarray(self.scale**2 * (psi * psi).sum(axis=-1) / self.freedom / slope**2)
+
+    @property
+    def covariance(self) -> Array:
+        """Covariance of the parameters, (..., p, p); nan where the noise can't be told."""
+        return np.asarray(self.information.covariance * self.variance[..., None, None])
+
+    @property
+    def standard_errors(self) -> Array:
+        """Standard errors of the parameters, (..., p)."""
+        return np.sqrt(self.information.variances * self.variance[..., None])
+
+
+def information_of(rows: Array, model: Model) -> Information:
+    """H'H of rows (..., n, p): along the stack where that is first in memory, else member by member."""
+    if rows.flags.f_contiguous and not rows.flags.c_contiguous:
+        return Information.from_regressors(rows[..., None, :], model.parameters)
+    return Information(rows.swapaxes(-1, -2) @ rows, model.parameters)
+
+
+def scale_of(scaled: Array, freedom: float, loss: Loss, noise: Array | None) -> Array:
+    """Standard deviation of residuals (..., n): 1 if known, root mean square, or median deviation."""
+    if noise is not None:
+        return np.ones(scaled.shape[:-1])
+    if freedom <= 0:
+        return np.full(scaled.shape[:-1], np.nan)
+    if not loss.robust:
+        return np.asarray(np.sqrt((scaled * scaled).sum(axis=-1) / freedom))
+    share = np.sqrt(scaled.shape[-1] / freedom)  # fitted residuals are smaller than the noise
+    return np.asarray(np.median(np.abs(scaled), axis=-1) / _MEDIAN_OF_NORMAL * share)
+
+
+def positive(scale: Array) -> Array:
+    """Where everything fits exactly nothing is far out."""
+    return np.maximum(scale, np.finfo(float).tiny)

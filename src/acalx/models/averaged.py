@@ -1,0 +1,60 @@
+"""A sensor read in positions in which what it feels changes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from acalx.numerics.arrays import Array
+from acalx.quantities.parameter import Parameter
+from acalx.quantities.stimulus import Stimulus
+from acalx.sensors.base import Channel, Sensor
+
+__all__ = ["Averaged"]
+
+
+class Averaged(Sensor):
+    """A sensor whose readings are means over the samples of a known stimulus in each position."""
+
+    def __init__(self, sensor: Sensor, felt: Stimulus) -> None:
+        self.sensor, self.samples = sensor, felt
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """Those of the sensor."""
+        return self.sensor.parameters
+
+    @property
+    def channels(self) -> tuple[Channel, ...]:
+        """Those of the sensor."""
+        return self.sensor.channels
+
+    @property
+    def needs(self) -> Mapping[str, str]:
+        """What the sensor needs."""
+        return self.sensor.needs
+
+    @property
+    def senses(self) -> tuple[str, ...]:
+        """What the sensor senses."""
+        return self.sensor.senses
+
+    def deviations(self, stimulus: Stimulus) -> Array:
+        """Those of the sensor."""
+        return self.sensor.deviations(stimulus)
+
+    def readings(self, parameters: Array, stimulus: Stimulus) -> Array:
+        """Means of its readings over the samples, whatever `stimulus` says."""
+        return self._mean(self.sensor.readings(parameters, self.samples.without_samples()), 1)
+
+    def by_parameters(self, parameters: Array, stimulus: Stimulus) -> Array:
+        """Means of their derivatives."""
+        return self._mean(self.sensor.by_parameters(parameters, self.samples.without_samples()), 2)
+
+    def _mean(self, values: Array, behind: int) -> Array:
+        weights = self.samples.weights
+        assert weights is not None
+        own = values.shape[values.ndim - behind :]
+        each = values.reshape((*values.shape[: -1 - behind], -1, len(weights), *own))
+        return np.asarray(np.tensordot(each, weights, axes=([each.ndim - behind - 1], [0])))

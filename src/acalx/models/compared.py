@@ -1,0 +1,97 @@
+"""Any sensor with what of its readings is compared: the model that most people need."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import final
+
+from acalx.errors import CompatibilityError, Option, PluginError
+from acalx.models.base import Model
+from acalx.models.comparisons import Comparison, Outputs
+from acalx.models.sensor_model import SensorModel
+from acalx.options import require_part
+from acalx.sensors.base import Sensor
+
+__all__ = ["Compared", "as_model", "compared_by"]
+
+
+@final
+@dataclass(frozen=True)
+class Compared(SensorModel):
+    """Any sensor, with what of its readings is compared and what is known of it before.
+
+    Parameters
+    ----------
+    sensor : Sensor
+    comparison : Comparison
+    prior : mapping of str to float
+        Standard deviations of parameters, or of all of a group, before anything is measured, by name, in
+        their unit: information that is there already.
+
+    Raises
+    ------
+    ArgumentError
+        Something else than a sensor or a comparison; a prior that is not positive, or of a parameter that
+        there is not.
+    CompatibilityError
+        Readings that do not have what is to be compared.
+    """
+
+    sensor: Sensor
+    comparison: Comparison = field(default_factory=Outputs)
+
+    def __post_init__(self) -> None:
+        require_part("sensor", self.sensor, Sensor)
+        require_part("comparison", self.comparison, Comparison)
+        _check_sensor(self.sensor)
+        self._compare(self.sensor, self.comparison)
+
+    @property
+    def called(self) -> str:
+        """The name of the sensor."""
+        return type(self.sensor).__name__
+
+
+def compared_by(model: Model, comparison: Comparison | None) -> Model:
+    """The same sensor, with something else of its readings compared; as it is where nothing else is asked for.
+
+    Raises
+    ------
+    CompatibilityError
+        A model that is no sensor with a comparison; readings that do not have it.
+    """
+    if comparison is None or model.compares(comparison):
+        return model
+    if isinstance(model, SensorModel):
+        return Compared(model.sensor, comparison, prior=model.prior)
+    raise CompatibilityError(
+        "model {model} says itself what of its readings is compared: leave {comparison} out",
+        model=model.called,
+        comparison=Option("estimator.comparison", type(comparison).__name__, f"{type(comparison).__name__}()"),
+    )
+
+
+def as_model(given: object) -> Model:
+    """A model as it is; of a sensor that of its outputs.
+
+    Raises
+    ------
+    ArgumentError
+        Anything else.
+    """
+    if isinstance(given, Sensor):
+        return Compared(given)
+    require_part("model", given, Model)
+    assert isinstance(given, Model)
+    return given
+
+
+def _check_sensor(sensor: Sensor) -> None:
+    """Raise PluginError for a sensor, somebody's own perhaps, without parameters or channels, or with names twice."""
+    kind = type(sensor).__name__
+    for what, items in (("parameters", sensor.parameters), ("channels", sensor.channels)):
+        if not items:
+            raise PluginError(f"{kind} has no {what}")
+        called = [item.name for item in items]
+        if twice := sorted({each for each in called if called.count(each) > 1}):
+            raise PluginError(f"{kind}.{what}: {', '.join(twice)} is there twice; each needs a name of its own")

@@ -1,0 +1,280 @@
+"""Several models read at the same positions, as one."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from functools import cached_property
+from itertools import pairwise, starmap
+
+import numpy as np
+
+from acalx.models.base import Model, Noises, noises_of
+from acalx.models.comparisons import Comparison
+from acalx.numerics.arrays import Array, empty_as
+from acalx.quantities.information import Information
+from acalx.quantities.parameter import Parameter
+from acalx.quantities.stimulus import Stimulus
+from acalx.sensors.base import Channel
+
+__all__ = ["Composite"]
+
+Places = slice | np.ndarray
+
+
+class Composite(Model):
+    """Models that are each read in every position; a new composite gives `models`.
+
+    Regressors stack the outputs of the parts. Where no parameter is common to several of them, the information is
+    block-diagonal, each block that of a part.
+    """
+
+    @property
+    @abstractmethod
+    def models(self) -> tuple[Model, ...]:
+        """The parts, in the order of their parameters and outputs."""
+
+    @property
+    def prefixes(self) -> tuple[str, ...]:
+        """What stands before the names of the parameters and channels of each part."""
+        return ("",) * len(self.models)
+
+    @property
+    def shared(self) -> tuple[str, ...]:
+        """Names of parameters that are the same one in all the parts that have it; without prefix."""
+        return ()
+
+    @cached_property
+    def _named(self) -> tuple[tuple[Parameter, ...], ...]:
+        """The parameters of each part as they are called here, each part a sensor of its own, or several."""
+        parts = []
+        for number, (model, prefix) in enumerate(zip(self.models, self.prefixes, strict=True)):
+            parts.append(tuple(self._called_here(one, prefix, number) for one in model.parameters))
+        return tuple(parts)
+
+    def _called_here(self, one: Parameter, prefix: str, number: int) -> Parameter:
+        if one.name in self.shared:
+            return one
+        sensor = f"{number}.{one.sensor}" if one.sensor else f"{number}"
+        return replace(one, name=prefix + one.name, group=prefix + one.group, sensor=sensor)
+
+    @cached_property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """The parameters of all the parts, those that are shared once."""
+        return tuple({one.name: one for part in self._named for one in part}.values())
+
+    @property
+    def needs(self) -> Mapping[str, str | None]:
+        """The quantities of the stimulus that any of the parts reads, each once, with the unit of the first."""
+        needs: dict[str, str | None] = {}
+        for model in self.models:
+            own = model.needs if isinstance(model.needs, Mapping) else dict.fromkeys(model.needs)
+            needs = {**own, **needs}
+        return needs
+
+    @property
+    def outputs(self) -> int:
+        """Number m of residuals in a position, those of all the parts together."""
+        return sum(model.outputs for model in self.models)
+
+    @property
+    def degree(self) -> int | None:
+        """Degree of the rows as polynomials in the stimulus, the largest of the parts; None if one of them has none."""
+        degrees = [model.degree for model in self.models]
+        return max((degree for degree in degrees if degree is not None), default=None) if None not in degrees else None
+
+    @property
+    def entries(self) -> int:
+        """Number of entries of the rows of a position that are not zero in every position: the blocks of the parts."""
+        return sum(model.entries for model in self.models)
+
+    @property
+    def smallest_n(self) -> int:
+        """The fewest positions that determine the parameters of every part: they are read in the same positions."""
+        return super().smallest_n if self.shared else max(model.smallest_n for model in self.models)
+
+    @property
+    def prior_information(self) -> Array:
+        """What is known before, that of the parts; of a shared parameter by all of them."""
+        total = np.zeros(len(self.parameters))
+        for model, (_, own) in zip(self.models, self._blocks, strict=True):
+            total[own] += model.prior_information
+        return total
+
+    def check(self, stimulus: Stimulus, stand: object) -> None:
+        """Raise CompatibilityError where the stand does not provide what one of the parts needs."""
+        super().check(stimulus, stand)  # type: ignore[arg-type]
+        for model in self.models:
+            model.check(stimulus, stand)  # type: ignore[arg-type]
+
+    # ---- design
+
+    def regressors(self, stimulus: Stimulus) -> Array:
+        """Rows (..., n, m, p), zero where an output does not depend on a parameter."""
+        parts = [model.regressors(stimulus) for model in self.models]
+        rows = empty_as(parts[0], (*parts[0].shape[:-2], self.outputs, len(self.parameters)))
+        rows[...] = 0.0
+        for part, (outputs, own) in zip(parts, self._blocks, strict=True):
+            rows[..., outputs, own] = part
+        return rows
+
+    def derivative(self, stimulus: Stimulus) -> Stimulus:
+        """Derivatives of the rows, (..., n, m, p, width)."""
+        derivatives: dict[str, Array] = {}
+        for model, (outputs, own) in zip(self.models, self._blocks, strict=True):
+            for name, part in model.derivative(stimulus).items():
+                if name not in derivatives:
+                    shape = (*part.shape[:-3], self.outputs, len(self.parameters), part.shape[-1])
+                    derivatives[name] = empty_as(part, shape)
+                    derivatives[name][...] = 0.0
+                derivatives[name][..., outputs, own, :] = part
+        return stimulus.made(derivatives)
+
+    def information(self, stimulus: Stimulus) -> Information:
+        """The information of the parts, each in its place."""
+        return self._in_places([model.information(stimulus) for model in self.models])
+
+    def information_of(self, regressors: Array) -> Information:
+        """Information of programs whose rows (..., n, m, p) are there already."""
+        parts = zip(self.models, self._blocks, strict=True)
+        return self._in_places([model.information_of(regressors[..., out, own]) for model, (out, own) in parts])
+
+    def pull(self, stimulus: Stimulus, rows: Array) -> Stimulus:
+        """From a gradient with respect to the rows, (..., n, m, p), to the stimulus, summed over parts."""
+        total: dict[str, Array] = {}
+        for model, (outputs, own) in zip(self.models, self._blocks, strict=True):
+            for name, part in model.pull(stimulus, rows[..., outputs, own]).items():
+                total[name] = total[name] + part if name in total else part
+        return stimulus.made(total)
+
+    def _in_places(self, parts: Sequence[Information]) -> Information:
+        p = len(self.parameters)
+        matrix = np.zeros((*parts[0].matrix.shape[:-2], p, p))
+        for part, (_, own) in zip(parts, self._blocks, strict=True):
+            if isinstance(own, slice):
+                matrix[..., own, own] = part.matrix
+            else:
+                matrix[..., own[:, None], own] += part.matrix
+        return Information(matrix, self.parameters)
+
+    @cached_property
+    def _blocks(self) -> tuple[tuple[slice, Places], ...]:
+        """Outputs and parameters of each part."""
+        outputs = list(starmap(slice, _runs([model.outputs for model in self.models])))
+        if not self.shared:
+            own: list[Places] = list(starmap(slice, _runs([len(model.parameters) for model in self.models])))
+        else:
+            numbers = {one.name: k for k, one in enumerate(self.parameters)}
+            own = [np.array([numbers[one.name] for one in part]) for part in self._named]
+        return tuple(zip(outputs, own, strict=True))
+
+    # ---- simulation and estimation
+
+    @cached_property
+    def channels(self) -> tuple[Channel, ...]:
+        """Those of all the parts."""
+        parts = zip(self.models, self.prefixes, strict=True)
+        return tuple(replace(one, name=prefix + one.name) for model, prefix in parts for one in model.channels)
+
+    @property
+    def knows(self) -> tuple[str, ...]:
+        """What any of the parts must know of each position."""
+        return tuple(dict.fromkeys(name for model in self.models for name in model.knows))
+
+    @property
+    def corrects_with(self) -> tuple[str, ...]:
+        """What any of the parts must know of a reading to correct it."""
+        return tuple(dict.fromkeys(name for model in self.models for name in model.corrects_with))
+
+    @cached_property
+    def _readings(self) -> tuple[slice, ...]:
+        return tuple(starmap(slice, _runs([len(model.channels) for model in self.models])))
+
+    def readings(self, parameters: Array, stimulus: Stimulus) -> Array:
+        """What each of the parts reads, side by side."""
+        parts = zip(self.models, self._blocks, strict=True)
+        return np.concatenate([model.readings(parameters[..., own], stimulus) for model, (_, own) in parts], axis=-1)
+
+    def deviations(self, stimulus: Stimulus) -> Array:
+        """Standard deviations of the readings of all the parts."""
+        each = [model.deviations(stimulus) for model in self.models]
+        shape = np.broadcast_shapes(*(one.shape[:-1] for one in each))
+        return np.concatenate([np.broadcast_to(one, (*shape, one.shape[-1])) for one in each], axis=-1)
+
+    def residual(self, parameters: Array, readings: Array, known: Stimulus | None) -> tuple[Array, Array]:
+        """What parameters leave of the comparison of each part."""
+        return self._side_by_side("residual", parameters, readings, known)
+
+    def linearized(self, parameters: Array, readings: Array, known: Stimulus | None) -> tuple[Array, Array]:
+        """The same to first order in the parameters."""
+        return self._side_by_side("linearized", parameters, readings, known)
+
+    def _side_by_side(
+        self, which: str, parameters: Array, readings: Array, known: Stimulus | None
+    ) -> tuple[Array, Array]:
+        n, p = readings.shape[-2], len(self.parameters)
+        found = [
+            getattr(model, which)(parameters[..., own], readings[..., place], known)
+            for model, (_, own), place in zip(self.models, self._blocks, self._readings, strict=True)
+        ]
+        stack = np.broadcast_shapes(*(value.shape[:-1] for value, _ in found), *(rows.shape[:-2] for _, rows in found))
+        value, rows = np.empty((*stack, n, self.outputs)), np.zeros((*stack, n, self.outputs, p))
+        for (part, own_rows), model, (outputs, own) in zip(found, self.models, self._blocks, strict=True):
+            m = model.outputs
+            value[..., outputs] = part.reshape((*part.shape[:-1], n, m))
+            rows[..., outputs, own] = own_rows.reshape((*own_rows.shape[:-2], n, m, own_rows.shape[-1]))
+        return value.reshape((*stack, n * self.outputs)), rows.reshape((*stack, n * self.outputs, p))
+
+    @cached_property
+    def noises(self) -> Noises:
+        """Those of the parts; sensors of the same kind have the same."""
+        numbers: dict[tuple[str, int], int] = {}
+        of_outputs = []
+        for model in self.models:
+            own = model.noises.of_outputs
+            of_outputs += [numbers.setdefault((model.kind, int(k)), len(numbers)) for k in own]
+        touched = np.zeros((self.outputs, len(self.parameters)), dtype=bool)
+        for outputs, place in self._blocks:
+            touched[outputs, place] = True
+        return noises_of(np.array(of_outputs), touched)
+
+    def residual_deviations(self, parameters: Array, readings: Array, known: Stimulus | None, own: Array) -> Array:
+        """Those of the parts, position by position."""
+        parts = zip(self.models, self._blocks, self._readings, strict=True)
+        each = [
+            model.residual_deviations(parameters[place], readings[..., reads], known, own[..., reads])
+            for model, (_, place), reads in parts
+        ]
+        return np.concatenate([one.reshape(len(readings), -1) for one in each], axis=-1).reshape(-1)
+
+    def compares(self, comparison: Comparison) -> bool:
+        """Whether that is what all of the parts compare."""
+        return all(model.compares(comparison) for model in self.models)
+
+    def start(self, readings: Array, known: Stimulus | None) -> Array:
+        """Where the estimate of each part starts."""
+        start = np.empty((*readings.shape[:-2], len(self.parameters)))
+        for model, (_, own), place in zip(self.models, self._blocks, self._readings, strict=True):
+            start[..., own] = model.start(readings[..., place], known)
+        return start
+
+    def felt(self, parameters: Array, readings: Array, known: Stimulus | None) -> Stimulus | None:
+        """What any of the parts says of it, where together they say all."""
+        found = {} if known is None else dict(known)
+        for model, (_, own), place in zip(self.models, self._blocks, self._readings, strict=True):
+            felt = model.felt(parameters[..., own], readings[..., place], known)
+            found |= {} if felt is None else {name: value for name, value in felt.items() if name not in found}
+        felt = Stimulus(found) if known is None else known.made(found)
+        return super().felt(parameters, readings, felt)
+
+    def corrected(self, parameters: Array, readings: Array, known: Stimulus | None) -> Array:
+        """What sensors without errors would have read, part by part."""
+        parts = zip(self.models, self._blocks, self._readings, strict=True)
+        each = [model.corrected(parameters[..., own], readings[..., place], known) for model, (_, own), place in parts]
+        return np.concatenate(each, axis=-1)
+
+
+def _runs(sizes: Sequence[int]) -> list[tuple[int, int]]:
+    """Where each of so many things of these sizes begins and ends, one behind the other."""
+    return list(pairwise(np.cumsum([0, *sizes]).tolist()))

@@ -1,0 +1,37 @@
+"""What is known of parameters before anything is measured."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from acalx.errors import ArgumentError
+from acalx.numerics.arrays import Array
+from acalx.options import is_number
+from acalx.quantities.parameter import Parameter, parameter_groups
+
+__all__ = ["prior_information"]
+
+
+def prior_information(prior: Mapping[str, float], parameters: tuple[Parameter, ...]) -> Array:
+    """1 / sd^2 of each parameter, (p,), from standard deviations by the names of parameters or groups.
+
+    Raises
+    ------
+    ArgumentError
+        A name that there is not, a number that is not positive, anything but a mapping.
+    """
+    if not isinstance(prior, Mapping):
+        raise ArgumentError.of("prior", prior, "give standard deviations by parameter or group", {"bias": 0.01})
+    groups, names = parameter_groups(parameters), {one.name: [k] for k, one in enumerate(parameters)}
+    information = np.zeros(len(parameters))
+    for single in (False, True):  # a parameter's own goes before that of its group
+        for name, deviation in prior.items():
+            if name not in groups and name not in names:
+                raise ArgumentError.of("prior", {name: deviation}, f"give parameters or groups, {', '.join(groups)}")
+            if not is_number(deviation) or deviation <= 0:
+                raise ArgumentError.of("prior", {name: deviation}, "a standard deviation is a positive number")
+            if (name in names) == single:
+                information[names[name] if single else groups[name]] = 1.0 / float(deviation) ** 2
+    return information

@@ -1,0 +1,298 @@
+"""What follows from a sensor and what of its readings is compared: all that design, simulation and estimation read."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import KW_ONLY, dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from acalx.models.averaged import Averaged
+from acalx.models.base import Model, Noises, noises_of
+from acalx.models.comparisons import Comparison
+from acalx.models.polynomial import table_of
+from acalx.models.prior import prior_information
+from acalx.models.start import sphere_start
+from acalx.models.table import Table
+from acalx.models.whitening import flat, whitened
+from acalx.numerics.arrays import Array
+from acalx.options import keep
+from acalx.quantities.information import Information
+from acalx.quantities.parameter import Parameter
+from acalx.quantities.stimulus import Stimulus
+from acalx.sensors.base import Channel, Sensor
+
+__all__ = ["SensorModel"]
+
+
+@dataclass(frozen=True)
+class SensorModel(Model):
+    """A model of a sensor; `Compared` takes it and the comparison as options, others make them of options of their own.
+
+    Parameters
+    ----------
+    prior : mapping of str to float
+        Standard deviations of parameters, or of all of a group, before anything is measured, by name, in
+        their unit: information that is there already.
+    """
+
+    sensor: Sensor = field(init=False, repr=False, compare=False)
+    comparison: Comparison = field(init=False, repr=False, compare=False)
+    _: KW_ONLY
+    prior: Mapping[str, float] = field(default_factory=dict)
+
+    def _compare(self, sensor: Sensor, comparison: Comparison) -> None:
+        """What a model without these as options has in their place; looks at the prior too."""
+        object.__setattr__(self, "sensor", sensor)
+        object.__setattr__(self, "comparison", comparison)
+        comparison.check(sensor)
+        _ = self.prior_information  # looked at once here so that a bad one is refused at construction
+        keep(self, "prior")
+
+    @property
+    def usual(self) -> Mapping[str, Any]:  # type: ignore[override]
+        """What suits the sensor where a user does not say."""
+        return self.sensor.usual
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """Those of the sensor."""
+        return self.sensor.parameters
+
+    @property
+    def needs(self) -> Mapping[str, str]:
+        """What the sensor needs, each quantity with its unit."""
+        return self.sensor.needs
+
+    @cached_property
+    def outputs(self) -> int:
+        """What the comparison counts in a position."""
+        return self.comparison.count(self.sensor)
+
+    @property
+    def kind(self) -> str:
+        """That of the sensor."""
+        return self.sensor.kind
+
+    @property
+    def degree(self) -> int | None:
+        """Degree of the rows in the stimulus, where they are polynomials."""
+        return None if self._table is None else self._table.degree
+
+    @property
+    def entries(self) -> int:
+        """Entries of a position's rows in the blocks that the information has."""
+        return sum(len(outputs) * len(numbers) for outputs, numbers in self._blocks)
+
+    # ---- design
+
+    def regressors(self, stimulus: Stimulus) -> Array:
+        """Rows of the comparison for a sensor without errors, over the noise, (..., n, m, p); means over samples."""
+        felt = self.in_units(stimulus)
+        if self._table is not None:
+            return self._table.mean_rows(felt)
+        at = self.comparison.rows(self.sensor, felt.mean())
+        rows = at.rows
+        if felt.weights is not None:  # the mean of products, not the product of means
+            slopes = self.sensor.by_parameters(self.nominal, felt.without_samples())
+            each = slopes.reshape((*slopes.shape[:-3], -1, len(felt.weights), *slopes.shape[-2:]))
+            rows = np.einsum("k,...kjp->...jp", felt.weights, each)
+            rows = rows if at.by_readings is None else at.by_readings @ rows
+        return whitened(self._noise(felt), at.value, rows, at.by_readings)[1]
+
+    def derivative(self, stimulus: Stimulus) -> Stimulus:
+        """Derivatives of the rows: exact where they are polynomials."""
+        if self._table is None:
+            return super().derivative(stimulus)
+        return self._from_units(self._table.derivative(self.in_units(stimulus)), stimulus)
+
+    def pull(self, stimulus: Stimulus, rows: Array) -> Stimulus:
+        """From a gradient with respect to the rows, (..., n, m, p), to the stimulus."""
+        if self._table is None:
+            return super().pull(stimulus, rows)
+        return self._from_units(self._table.pull(self.in_units(stimulus), rows), stimulus)
+
+    def information_of(self, regressors: Array) -> Information:
+        """Information of programs whose rows are there already: block by block where outputs share no parameters."""
+        if len(self._blocks) == 1:
+            return super().information_of(regressors)
+        p = len(self.parameters)
+        matrix = np.zeros((*regressors.shape[:-3], p, p))
+        for outputs, numbers in self._blocks:
+            rows = regressors[..., outputs[:, None], numbers]
+            own = tuple(self.parameters[number] for number in numbers)
+            matrix[..., numbers[:, None], numbers] = Information.from_regressors(rows, own).matrix
+        return self.with_prior(Information(matrix, self.parameters))
+
+    @cached_property
+    def prior_information(self) -> Array:
+        """1 / sd^2 of what is known of each parameter before, (p,)."""
+        return prior_information(self.prior, self.parameters)
+
+    # ---- simulation and estimation
+
+    @property
+    def channels(self) -> tuple[Channel, ...]:
+        """Those of the sensor."""
+        return self.sensor.channels
+
+    @property
+    def knows(self) -> tuple[str, ...]:
+        """What the comparison must know of each position."""
+        return self.comparison.knows(self.sensor)
+
+    def readings(self, parameters: Array, stimulus: Stimulus) -> Array:
+        """What the sensor reads, means over the samples in each position."""
+        felt = self.in_units(stimulus)
+        if felt.weights is None:
+            return self.sensor.readings(parameters, felt)
+        each = self.sensor.readings(parameters, felt.without_samples())
+        each = each.reshape((*each.shape[:-2], -1, len(felt.weights), each.shape[-1]))
+        return np.asarray(np.einsum("k,...kj->...j", felt.weights, each))
+
+    def deviations(self, stimulus: Stimulus) -> Array:
+        """Those of the sensor."""
+        return self._noise(self.in_units(stimulus))
+
+    def residual(self, parameters: Array, readings: Array, known: Stimulus | None) -> tuple[Array, Array]:
+        """What parameters leave of the comparison, over its noise."""
+        felt = None if known is None else self.in_units(known)
+        found = self.comparison.residual(
+            self._averaged(felt), parameters, readings, None if felt is None else felt.mean()
+        )
+        sigma = self._noise_of(parameters, readings, felt)
+        return flat(*whitened(sigma, found.value, found.rows, found.by_readings))
+
+    def linearized(self, parameters: Array, readings: Array, known: Stimulus | None) -> tuple[Array, Array]:
+        """The same to first order: rows of a sensor without errors, where the attitude is known those of that."""
+        residual, rows = self.residual(self.nominal, readings, known)
+        if known is not None and all(name in known for name in self.needs):
+            of_known = self.regressors(known)
+            *stack, n, m, p = of_known.shape
+            rows = of_known.reshape((*stack, n * m, p))
+        off = parameters - self.nominal
+        explained = off @ rows.T if rows.ndim == 2 else np.einsum("...np,...p->...n", rows, off)
+        return residual - explained, rows
+
+    def start(self, readings: Array, known: Stimulus | None) -> Array:
+        """The parameters of a sensor without errors, or where only a length is known those of a sphere's fit."""
+        if not self.by_length:
+            return super().start(readings, known)
+        return sphere_start(self.sensor, readings, None if known is None else self.in_units(known).mean())
+
+    def felt(self, parameters: Array, readings: Array, known: Stimulus | None) -> Stimulus | None:
+        """What is known of it, or where it follows from the readings that, with the length that it has."""
+        there = super().felt(parameters, readings, known)
+        if there is not None or not self.sensor.senses:
+            return there
+        others = None if known is None else self.in_units(known).mean()
+        if not set(self.corrects_with) <= set(() if others is None else others):
+            return None
+        felt = self.sensor.felt(parameters, readings, others)
+        units = dict(self.needs)
+        if not self.comparison.by_length:
+            return Stimulus(dict(felt), units=units)
+        lengths = {name: np.linalg.norm(felt[name], axis=-1, keepdims=True) for name in self.sensor.senses}
+        return Stimulus({**felt, **{name: felt[name] / length for name, length in lengths.items()}}, units=units)
+
+    def corrected(self, parameters: Array, readings: Array, known: Stimulus | None) -> Array:
+        """Readings as a sensor without errors would have given them."""
+        felt = None if known is None else self.in_units(known).mean()
+        if not self.sensor.senses:
+            assert felt is not None  # `corrects_with` says what it takes
+            nominal = self.sensor.readings(self.nominal, felt)
+            return readings - self.sensor.readings(parameters, felt) + nominal
+        return self.sensor.readings(self.nominal, self.sensor.felt(parameters, readings, felt))
+
+    @property
+    def by_length(self) -> bool:
+        """Where the comparison is of a length, and the sensor a triad."""
+        return self.comparison.by_length and len(self.channels) == 3
+
+    def compares(self, comparison: Comparison) -> bool:
+        """Whether that is its comparison."""
+        return comparison == self.comparison
+
+    def residual_deviations(self, parameters: Array, readings: Array, known: Stimulus | None, own: Array) -> Array:
+        """Those of readings with standard deviations of their own, (n, k), as the comparison passes them on."""
+        felt = None if known is None else self.in_units(known).mean()
+        by_readings = self.comparison.residual(self.sensor, parameters, readings, felt).by_readings
+        sigma = self._noise_of(parameters, readings, felt)
+        if by_readings is None:
+            return np.asarray(own / sigma).reshape(-1)
+        passed = [np.sqrt(((by_readings * each[..., None, :]) ** 2).sum(axis=-1)) for each in (own, sigma)]
+        return np.asarray(passed[0] / passed[1]).reshape(-1)
+
+    @cached_property
+    def noises(self) -> Noises:
+        """One for each unit of the channels where their readings themselves are compared; one in all otherwise."""
+        units = dict.fromkeys(channel.unit for channel in self.channels)
+        if len(units) == 1 or self.outputs != len(self.channels):
+            return super().noises
+        numbers = {unit: k for k, unit in enumerate(units)}
+        of_outputs = np.array([numbers[channel.unit] for channel in self.channels])
+        return noises_of(of_outputs, self._touched)
+
+    @property
+    def _touched(self) -> np.ndarray:
+        """Which outputs each parameter shows in, (m, p)."""
+        touched = np.zeros((self.outputs, len(self.parameters)), dtype=bool)
+        for outputs, numbers in self._blocks:
+            touched[outputs[:, None], numbers] = True
+        return touched
+
+    @property
+    def corrects_with(self) -> tuple[str, ...]:
+        """What the sensor needs and does not sense itself."""
+        return tuple(name for name in self.needs if name not in self.sensor.senses)
+
+    # ---- what is worked out once
+
+    @cached_property
+    def _table(self) -> Table | None:
+        """The rows as polynomials in the stimulus, where they are that."""
+        return None if self._fixed_noise is None else table_of(self.sensor, self.comparison, self._fixed_noise)
+
+    @cached_property
+    def _fixed_noise(self) -> Array | None:
+        """Standard deviations of the readings (k,), where they don't depend on the stimulus."""
+        try:
+            return np.asarray(self.sensor.deviations(Stimulus()), dtype=float)
+        except KeyError:  # it asks for something that is felt
+            return None
+
+    def _noise(self, felt: Stimulus) -> Array:
+        """Standard deviations of the readings, (k,) or (..., n, k)."""
+        if self._fixed_noise is not None:
+            return self._fixed_noise
+        return np.asarray(self.sensor.deviations(felt.mean()), dtype=float)
+
+    def _noise_of(self, parameters: Array, readings: Array, known: Stimulus | None) -> Array:
+        """The same where part of what is felt follows from the readings only."""
+        if self._fixed_noise is not None:
+            return self._fixed_noise
+        if known is not None and all(name in known for name in self.needs):
+            return self._noise(known)
+        return self._noise(self.sensor.felt(parameters, readings, known))
+
+    @cached_property
+    def _blocks(self) -> tuple[tuple[np.ndarray, np.ndarray], ...]:
+        if self._table is None:
+            return ((np.arange(self.outputs), np.arange(len(self.parameters))),)
+        return self._table.blocks
+
+    def in_units(self, stimulus: Stimulus) -> Stimulus:
+        """The stimulus in the units that the sensor takes."""
+        return stimulus.in_units(self.needs)
+
+    def _from_units(self, gradient: Stimulus, stimulus: Stimulus) -> Stimulus:
+        """A gradient by what the sensor takes as one by what the stand gives."""
+        factors = stimulus.factors({name: self.needs[name] for name in gradient})
+        if all(factor == 1.0 for factor in factors.values()):
+            return gradient
+        return gradient.made({name: factors[name] * value for name, value in gradient.items()})
+
+    def _averaged(self, felt: Stimulus | None) -> Sensor:
+        return self.sensor if felt is None or felt.weights is None else Averaged(self.sensor, felt)

@@ -1,0 +1,32 @@
+"""Where an estimate starts that knows no attitude."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+
+from acalx.numerics.arrays import Array
+from acalx.numerics.sphere import fit_sphere
+from acalx.quantities.stimulus import Stimulus
+from acalx.sensors.base import Sensor
+
+__all__ = ["sphere_start"]
+
+
+def sphere_start(sensor: Sensor, readings: Array, known: Stimulus | None) -> Array:
+    """Parameters (..., p) of a sensor that reads the sphere which readings (..., n, 3) lie on, nearly."""
+    center, radius = fit_sphere(readings)
+    directions = np.array([each for each in itertools.product((-1.0, 0.0, 1.0), repeat=3) if any(each)])
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    others = {} if known is None else {name: known[name] for name in sensor.needs if name not in sensor.senses}
+    around = {
+        name: np.broadcast_to(each.mean(axis=-2).reshape(-1, each.shape[-1])[:1], (26, each.shape[-1]))
+        for name, each in others.items()
+    }
+    known = Stimulus({**around, sensor.senses[0]: directions})
+    rows = sensor.by_parameters(sensor.nominal, known)  # (6, 3, p)
+    ideal = sensor.readings(sensor.nominal, known)
+    wanted = center[..., None, :] + radius[..., None, None] * directions - ideal
+    inverse = np.linalg.pinv(rows.reshape(-1, rows.shape[-1]))
+    return np.asarray(sensor.nominal + wanted.reshape((*wanted.shape[:-2], -1)) @ inverse.T)

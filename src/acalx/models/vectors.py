@@ -1,0 +1,204 @@
+"""Comparisons of vectors of which not all is known: a magnitude, a projection, an angle."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+
+from acalx.errors import ArgumentError, CompatibilityError, Option
+from acalx.models.comparisons import Comparison, Residual
+from acalx.numerics.arrays import Array
+from acalx.options import keep
+from acalx.quantities.stimulus import UNITS_OF, Stimulus, conversion
+from acalx.sensors.base import Sensor
+
+__all__ = ["Angle", "Magnitude", "Projection"]
+
+
+@final
+@dataclass(frozen=True)
+class Magnitude(Comparison):
+    """Only the length of a vector is known: of gravity at rest, of the magnetic field, of a rate.
+
+    The residual is |s| - |s0|, with s what the readings say was felt, once the errors are taken off, and s0
+    what is known of it. Of the attitude nothing need be known.
+
+    Parameters
+    ----------
+    quantity : str
+        A vector that the sensor senses.
+    varies : bool
+        Whether the length differs between positions, as of a rate, and must be known for each. Otherwise it is 1,
+        in the unit of the stimulus: gravity, or the strength of the field.
+
+    Source: Egorov, Kiryachenko, Popov (2021), equation (2).
+    """
+
+    quantity: str = "specific_force"
+    varies: bool = False
+
+    def check(self, sensor: Sensor) -> None:
+        """Refuse a sensor whose readings do not give the vector."""
+        _require_sensed(sensor, self.quantity, "magnitude")
+
+    def count(self, sensor: Sensor) -> int:
+        """One a position, a length."""
+        return 1
+
+    def knows(self, sensor: Sensor) -> tuple[str, ...]:
+        """What the sensor needs beside what it senses; a length that varies too."""
+        others = tuple(name for name in sensor.needs if name not in sensor.senses)
+        return (*others, self.quantity) if self.varies else others
+
+    @property
+    def by_length(self) -> bool:
+        """Unless the length varies."""
+        return not self.varies
+
+    def residual(self, sensor: Sensor, parameters: Array, readings: Array, known: Stimulus | None) -> Residual:
+        """|s| - |s0|, its rows u' inv(S) G, with u = s / |s|, S and G the derivatives of the readings by s and X."""
+        felt = sensor.felt(parameters, readings, known)
+        vector = felt[self.quantity]
+        length = np.sqrt((vector * vector).sum(axis=-1, keepdims=True))
+        target: Array | float
+        if self.varies:
+            assert known is not None  # `knows` says so
+            target = _lengths(known[self.quantity])
+        else:
+            target = conversion(UNITS_OF[self.quantity], sensor.needs[self.quantity]) or 1.0
+        with np.errstate(invalid="ignore", divide="ignore"):  # nan where nothing was felt
+            slopes = {self.quantity: (vector / length)[..., None, :]}
+        return _by_felt(sensor, parameters, felt, length - target, slopes)
+
+
+@final
+@dataclass(frozen=True)
+class Projection(Comparison):
+    """The readings along the known direction of a vector: W . eta - 1 where they are to be of gravity.
+
+    Linear in the errors, and as good as the knowledge of the direction.
+
+    Parameters
+    ----------
+    quantity : str
+        A vector that the sensor senses.
+
+    Source: Egorov, Kiryachenko, Popov (2021), equation (1).
+    """
+
+    quantity: str = "specific_force"
+
+    def check(self, sensor: Sensor) -> None:
+        """Refuse a sensor whose readings are not the three components of the vector."""
+        _require_sensed(sensor, self.quantity, "projection")
+        if sensor.senses != (self.quantity,):
+            raise CompatibilityError(f"{type(sensor).__name__} reads more than the {_words(self.quantity)}")
+
+    def count(self, sensor: Sensor) -> int:
+        """One a position, a component."""
+        return 1
+
+    def residual(self, sensor: Sensor, parameters: Array, readings: Array, known: Stimulus | None) -> Residual:
+        """eta' (W - f(X, s)), and eta' times the derivatives of f."""
+        assert known is not None  # `knows` says all of it
+        vector = known[self.quantity]
+        along = (vector / _lengths(vector))[..., None, :]
+        left = readings - sensor.readings(parameters, known)
+        rows = along @ sensor.by_parameters(parameters, known)
+        return Residual((along @ left[..., None])[..., 0], rows, along)
+
+
+@final
+@dataclass(frozen=True)
+class Angle(Comparison):
+    """The angle between two vectors, as of gravity and the magnetic field, which is the same in every attitude.
+
+    The residual is that of the cosine, c - c0.
+
+    Parameters
+    ----------
+    quantities : pair of str
+        Vectors that the sensor senses.
+    """
+
+    quantities: Sequence[str] = ("specific_force", "magnetic_field")
+
+    def __post_init__(self) -> None:
+        given = self.quantities
+        if isinstance(given, str) or not isinstance(given, Sequence) or len(given) != 2 or given[0] == given[1]:
+            raise ArgumentError.of(
+                "quantities", given, "give two different vectors", ["specific_force", "angular_rate"]
+            )
+        keep(self, "quantities")
+
+    def check(self, sensor: Sensor) -> None:
+        """Refuse a sensor whose readings do not give both vectors."""
+        for quantity in self.quantities:
+            _require_sensed(sensor, quantity, "angle")
+
+    def count(self, sensor: Sensor) -> int:
+        """One a position, a cosine."""
+        return 1
+
+    def residual(self, sensor: Sensor, parameters: Array, readings: Array, known: Stimulus | None) -> Residual:
+        """u . v - c0 for unit vectors u and v of what was felt, and its rows."""
+        assert known is not None  # `knows` says all of it
+        felt = sensor.felt(parameters, readings, known)
+        (u, size), (v, other) = (_unit(felt[name]) for name in self.quantities)
+        (first, _), (second, _) = (_unit(known[name]) for name in self.quantities)
+        cosine = (u * v).sum(axis=-1, keepdims=True)
+        value = cosine - (first * second).sum(axis=-1, keepdims=True)
+        one, two = self.quantities
+        slopes = {one: ((v - cosine * u) / size)[..., None, :], two: ((u - cosine * v) / other)[..., None, :]}
+        return _by_felt(sensor, parameters, felt, value, slopes)
+
+
+def _by_felt(sensor: Sensor, parameters: Array, felt: Stimulus, value: Array, slopes: dict[str, Array]) -> Residual:
+    """A residual of what was felt, with its slopes (..., n, m, width) by the quantities that it depends on."""
+
+    def by_readings(at: Array) -> Array:
+        """phi_z inv(S): what a change of the readings does to it, for a sensor with these parameters."""
+        by_stimulus = sensor.by_stimulus(at, felt)
+        matrix = np.concatenate([by_stimulus[name] for name in sensor.senses], axis=-1)
+        m = value.shape[-1]
+        full = [slopes.get(name, np.zeros((*value.shape, felt[name].shape[-1]))) for name in sensor.senses]
+        phi = np.concatenate([np.broadcast_to(each, (*value.shape, each.shape[-1])) for each in full], axis=-1)
+        turned = np.broadcast_to(matrix.swapaxes(-1, -2), (*value.shape[:-1], *matrix.shape[-2:]))
+        with np.errstate(invalid="ignore"):
+            solved = np.linalg.solve(
+                turned, np.broadcast_to(phi, (*value.shape[:-1], m, phi.shape[-1])).swapaxes(-1, -2)
+            )
+        return np.asarray(solved.swapaxes(-1, -2))
+
+    rows = by_readings(parameters) @ sensor.by_parameters(parameters, felt)
+    return Residual(value, rows, by_readings(sensor.nominal))
+
+
+def _require_sensed(sensor: Sensor, quantity: str, what: str) -> None:
+    if quantity not in sensor.senses:
+        raise CompatibilityError(
+            "{sensor} has no {what} of the {quantity} to compare: its readings give {senses}; compare {instead}",
+            sensor=type(sensor).__name__,
+            what=what,
+            quantity=_words(quantity),
+            senses=", ".join(map(_words, sensor.senses)) or "no vector by themselves",
+            instead=Option("comparison", "outputs", "Outputs()"),
+        )
+
+
+def _words(quantity: str) -> str:
+    return quantity.replace("_", " ")
+
+
+def _lengths(vector: Array) -> Array:
+    return np.asarray(np.sqrt((vector * vector).sum(axis=-1, keepdims=True)))
+
+
+def _unit(vector: Array) -> tuple[Array, Array]:
+    """A vector (..., w) over its length, and the length (..., 1)."""
+    length = _lengths(vector)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return vector / length, length

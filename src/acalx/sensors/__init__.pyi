@@ -1,0 +1,9 @@
+from .accel_triad import AccelTriad as AccelTriad
+from .base import Channel as Channel
+from .base import Sensor as Sensor
+from .gyro_triad import GyroTriad as GyroTriad
+from .magnetometer_triad import MagnetometerTriad as MagnetometerTriad
+from .platform_accel import PlatformAccel as PlatformAccel
+from .platform_gyro import PlatformGyro as PlatformGyro
+from .polynomial import Polynomial as Polynomial
+from .polynomial import Term as Term

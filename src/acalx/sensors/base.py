@@ -1,0 +1,221 @@
+"""The interface of a sensor: what it reads, given its error parameters and what it feels."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Any, ClassVar, final
+
+import numpy as np
+
+from acalx.errors import ArgumentError
+from acalx.numerics.arrays import Array
+from acalx.options import is_number
+from acalx.quantities.parameter import Parameter
+from acalx.quantities.stimulus import Stimulus
+
+__all__ = ["Channel", "Sensor", "differences"]
+
+# Of differences of fourth order, relative to the size of what is moved: what they leave out and what rounding
+# adds are both about 1e-13 there.
+_STEP = 1e-3
+# Steps of Newton's method to what was felt; a sensor that is linear in it needs one.
+_MOST_STEPS = 50
+_SETTLED = 1e-13
+
+
+@final
+@dataclass(frozen=True)
+class Channel:
+    """One of the numbers that a sensor gives in each position.
+
+    Parameters
+    ----------
+    name : str
+        Of its column in files, e.g. ``ax``.
+    unit : str
+        Of its readings, e.g. ``g``.
+    noise : float
+        Standard deviation of a reading in that unit; of a mean of many samples, that of the mean.
+
+    Raises
+    ------
+    ArgumentError
+        A noise that is not positive.
+    """
+
+    name: str
+    unit: str
+    noise: float = 1.0
+
+    def __post_init__(self) -> None:
+        if not is_number(self.noise) or not 0.0 < self.noise < np.inf:
+            raise ArgumentError.of("noise", self.noise, "a standard deviation is a positive number")
+
+
+class Sensor(ABC):
+    """A sensor with p error parameters and k channels, one file.
+
+    A new sensor gives `parameters`, `channels`, `needs` and `readings`; derivatives are numerical, good to
+    ten digits and more, until they are given exactly. One that is a sum of products, as most are, is
+    a `Polynomial` and gives a table instead. Concrete sensors are frozen dataclasses.
+    """
+
+    # What suits the sensor where a user does not say: options by their groups (`stand`, `criterion`), and `n`.
+    usual: ClassVar[Mapping[str, Any]] = MappingProxyType({})
+
+    @property
+    @abstractmethod
+    def parameters(self) -> tuple[Parameter, ...]:
+        """The p error parameters; at their nominal values the sensor reads as it should."""
+
+    @property
+    @abstractmethod
+    def channels(self) -> tuple[Channel, ...]:
+        """The k channels, in the order of the readings."""
+
+    @property
+    @abstractmethod
+    def needs(self) -> Mapping[str, str]:
+        """The quantities of the stimulus that the readings depend on, each with the unit in which they take it."""
+
+    @abstractmethod
+    def readings(self, parameters: Array, stimulus: Stimulus) -> Array:
+        """What the sensor reads, without noise, each channel in its unit.
+
+        Parameters
+        ----------
+        parameters : array (..., p)
+        stimulus : arrays (..., n, width)
+            In the units of `needs`. Leading axes broadcast against those of the parameters.
+
+        Returns
+        -------
+        array (..., n, k)
+        """
+
+    @property
+    def senses(self) -> tuple[str, ...]:
+        """The quantities that follow from the readings once the errors are known; none by default.
+
+        Their components must be as many as there are channels. Magnitudes and angles are compared of
+        them, and readings are corrected to them.
+        """
+        return ()
+
+    @property
+    def kind(self) -> str:
+        """What sensors like it are called; those of a kind are designed for together."""
+        return type(self).__name__
+
+    def deviations(self, stimulus: Stimulus) -> Array:
+        """Standard deviations of the readings, (k,), or (..., n, k) where they depend on what is felt.
+
+        The default is the noise of each channel. A noise that falls with the time in a position
+        takes that from ``stimulus["dwell"]``, (..., n, 1) in s, which is among `needs` then.
+        """
+        return np.array([channel.noise for channel in self.channels])
+
+    # ---- what follows, and may be given exactly
+
+    @property
+    def nominal(self) -> Array:
+        """The parameters of a sensor without errors, (p,)."""
+        return np.array([parameter.nominal for parameter in self.parameters])
+
+    def by_parameters(self, parameters: Array, stimulus: Stimulus) -> Array:
+        """Derivatives of the readings by the parameters, (..., n, k, p); numerical by default."""
+        steps = _STEP * np.maximum(1.0, np.abs(self.nominal))
+        return differences(lambda shift: self.readings(parameters + shift, stimulus), steps)
+
+    def by_stimulus(self, parameters: Array, stimulus: Stimulus) -> dict[str, Array]:
+        """Derivatives of the readings by each quantity of `needs`, arrays (..., n, k, width); numerical by default."""
+        found = {}
+        for name in self.needs:
+            value = stimulus[name]
+
+            def shifted(shift: Array, name: str = name, value: Array = value) -> Array:
+                return self.readings(parameters, stimulus.made({**stimulus, name: value + shift}))
+
+            found[name] = differences(shifted, _steps(value))
+        return found
+
+    def felt(self, parameters: Array, readings: Array, known: Stimulus | None = None) -> Stimulus:
+        """What was felt of the quantities that it senses, by Newton's method.
+
+        Parameters
+        ----------
+        parameters : array (..., p)
+        readings : array (..., n, k)
+        known : arrays (..., n, width), optional
+            The other quantities that the readings depend on.
+
+        Returns
+        -------
+        Stimulus
+            Arrays (..., n, width) of `senses`, and what was known; nan where no stimulus gives the readings.
+        """
+        shape = np.broadcast_shapes(readings.shape[:-1], (*parameters.shape[:-1], 1))
+        others = {} if known is None else {name: known[name] for name in self.needs if name not in self.senses}
+        widths = self._widths
+        z = np.zeros((*shape, sum(widths)))
+        cuts = np.cumsum(widths)[:-1]
+        with np.errstate(all="ignore"):
+            for _ in range(_MOST_STEPS):
+                at = Stimulus({**others, **dict(zip(self.senses, np.split(z, cuts, axis=-1), strict=True))})
+                slopes = self.by_stimulus(parameters, at)
+                matrix = np.concatenate([slopes[name] for name in self.senses], axis=-1)
+                left = readings - self.readings(parameters, at)
+                step = _solved(np.broadcast_to(matrix, (*shape, *matrix.shape[-2:])), left)
+                z = z + step
+                size = np.abs(step) - _SETTLED * (1.0 + np.abs(z))
+                if not (size > 0.0).any():
+                    break
+            else:
+                z = np.where((size > 1e-9).any(axis=-1, keepdims=True), np.nan, z)
+        return Stimulus({**others, **dict(zip(self.senses, np.split(z, cuts, axis=-1), strict=True))})
+
+    @property
+    def _widths(self) -> list[int]:
+        """Components of each quantity that is sensed: shared out evenly, as of vectors."""
+        count, several = len(self.channels), len(self.senses)
+        if not several or count % several:
+            raise ArgumentError(
+                f"{type(self).__name__}: its {count} channels can't give {', '.join(self.senses) or 'what it feels'}"
+            )
+        return [count // several] * several
+
+
+def differences(function: Callable[[Array], Array], steps: Array) -> Array:
+    """Derivatives of a function by each component of a shift, in a last axis, by differences of fourth order.
+
+    Parameters
+    ----------
+    function : callable
+        From a shift (w,) to an array.
+    steps : array (w,)
+        How far each component is moved.
+    """
+    columns = []
+    for k, step in enumerate(steps):
+        shift = np.zeros(len(steps))
+        shift[k] = step
+        near, far = (function(m * shift) - function(-m * shift) for m in (1, 2))
+        columns.append((8.0 * near - far) / (12.0 * step))
+    return np.stack(columns, axis=-1)
+
+
+def _steps(value: Array) -> Array:
+    """Steps (w,) for a quantity (..., n, w): its components are moved by a share of their largest."""
+    size = np.abs(value).max(initial=0.0)
+    return np.full(value.shape[-1], _STEP * (size if size > 0.0 else 1.0))
+
+
+def _solved(matrix: Array, vector: Array) -> Array:
+    """Solutions (..., k) of equations (..., k, k); nan where there are none."""
+    try:
+        return np.asarray(np.linalg.solve(matrix, vector[..., None])[..., 0])
+    except np.linalg.LinAlgError:
+        return np.asarray((np.linalg.pinv(matrix) @ vector[..., None])[..., 0])

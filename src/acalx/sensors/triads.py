@@ -1,0 +1,77 @@
+"""What triads have in common: three channels along three axes, nearly."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from acalx.errors import ArgumentError
+from acalx.quantities.parameter import Parameter
+from acalx.sensors.polynomial import Term
+
+__all__ = ["ORDERS", "SHAPES", "axis_terms", "require_triad", "triangular_terms"]
+
+# The matrix between what is felt and what is read: with the attitude unknown only its size and its angles can be
+# told, so three of the six misalignments are taken for zero.
+SHAPES = ("triangular", "full")
+# Of a channel in its own component: linear, with its square, with its cube too.
+ORDERS = (1, 2, 3)
+_POWERS = {2: ("quadratic", "/{unit}"), 3: ("cubic", "/{unit}^2")}
+PAIRS = ("xy", "xz", "zy")
+GROUPS = ("bias", "scale", "nonorthogonality")
+
+
+def require_triad(matrix: object, order: object) -> None:
+    """Raise ArgumentError for a shape of the matrix, or an order, that there is not."""
+    if matrix not in SHAPES:
+        raise ArgumentError.of("matrix", matrix, f"give one of {', '.join(SHAPES)}")
+    if order not in ORDERS or isinstance(order, bool):
+        raise ArgumentError.of("order", order, "give 1, 2 or 3, the highest power of what is felt along an axis")
+
+
+def triangular_terms(
+    letter: str, unit: str, groups: Sequence[str], order: int = 1, factor: float = 1.0
+) -> tuple[Term, ...]:
+    """W = bias + (I + diag(scale) + N) s, N = [[0, xy, xz], [0, 0, 0], [0, zy, 0]]: group by group, axis by axis."""
+    terms = [Term(None, letter + axis, factor, k) for k, axis in enumerate("xyz")]
+    if "bias" in groups:
+        terms += [Term(Parameter(f"bias_{axis}", "bias", unit), (), 1.0, k) for k, axis in enumerate("xyz")]
+    if "scale" in groups:
+        terms += [
+            Term(Parameter(f"scale_{axis}", "scale", "1"), letter + axis, factor, k) for k, axis in enumerate("xyz")
+        ]
+    if "nonorthogonality" in groups:
+        terms += [
+            Term(Parameter(f"nonorthogonality_{pair}", "nonorthogonality", "rad"), letter + pair[1], factor, own)
+            for pair in PAIRS
+            for own in ("xyz".index(pair[0]),)
+        ]
+    return (*terms, *(term for k, axis in enumerate("xyz") for term in _powers(letter, unit, axis, k, order, factor)))
+
+
+def axis_terms(letter: str, unit: str, axis: str, channel: int, order: int = 1, factor: float = 1.0) -> list[Term]:
+    """One channel of W = bias + (I + diag(scale) + M) s, with a full matrix M of misalignments."""
+    return [
+        Term(None, letter + axis, factor, channel),
+        Term(Parameter(f"bias_{axis}", "bias", unit), (), 1.0, channel),
+        Term(Parameter(f"scale_{axis}", "scale", "1"), letter + axis, factor, channel),
+        *(
+            Term(Parameter(f"misalignment_{axis}{other}", "misalignment", "rad"), letter + other, factor, channel)
+            for other in "xyz"
+            if other != axis
+        ),
+        *_powers(letter, unit, axis, channel, order, factor),
+    ]
+
+
+def _powers(letter: str, unit: str, axis: str, channel: int, order: int, factor: float) -> list[Term]:
+    """The square, and the cube, of what is felt along an axis, in the unit of the channel."""
+    return [
+        Term(
+            Parameter(f"{name}_{axis}", name, "1" + per.format(unit=unit)),
+            " ".join([letter + axis] * n),
+            factor**n,
+            channel,
+        )
+        for n, (name, per) in _POWERS.items()
+        if n <= order
+    ]
