@@ -19,6 +19,7 @@ SMALL: dict[str, dict[str, Any]] = {
     "optimizer/nsga2": {"population": 16, "generations": 12, "points": 6},
     "optimizer/scalarized": {"points": 6, "seeds": 2, "starts": 16},
     "criterion/target": {"standard_errors": {"bias": 0.6}},
+    "model/accel_array": {"sensor": {"triads": 2}},
     "unit/counts": {"per_g": 4096.0},
 }
 

@@ -16,7 +16,7 @@ from acalx.numerics.arrays import Array
 from acalx.optimizers import DifferentialEvolution, Exchange, Gradient, Optimizer
 from acalx.problem import Problem
 from acalx.sensors import PlatformAccel, PlatformGyro
-from acalx.stands import PlatformGimbals, RateTable, Stand, TwoAxis
+from acalx.stands import Chamber, PlatformGimbals, RateTable, Stand, Turntable, TwoAxis, TwoAxisRateTable
 
 GROUPS = ("bias", "scale", "nonorthogonality")
 
@@ -56,6 +56,11 @@ FURTHER_STANDS: list[Stand] = [
     RATE_TABLE,
     RateTable(rate_deg_s=(-20, 90), alpha1_deg=(-30, 40)),
     RateTable(rate_step_deg_s=10, step_deg=30),
+    TwoAxisRateTable(),
+    TwoAxisRateTable(averaging_s=0, outer_deg=(-30, 40), latitude_deg=-10),
+    Chamber(),
+    Chamber(temperature_degC=(0, 30), temperature_step_degC=10, step_deg=30),
+    Turntable(turn_deg=(-90, 720), latitude_deg=50),
 ]
 
 # Every option of the group, so that a new YAML is enough to be here, and varieties of them.

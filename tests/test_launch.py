@@ -431,7 +431,8 @@ def test_options_are_the_defaults_of_the_class_and_all_of_them(path):
     config = OmegaConf.load(CONF / path)
     part = hydra.utils.instantiate(config, _convert_="all")
     options = [field for field in fields(part) if field.init]
-    if all(field.default is not MISSING or field.default_factory is not MISSING for field in options):
+    variety = path.stem in ("magnetic_table", "usual", "fine")  # of another option's class, with other values
+    if not variety and all(f.default is not MISSING or f.default_factory is not MISSING for f in options):
         others = type(part)()  # a sensor with a comparison has no defaults, nor have joined ones
         for field in options:
             assert plain(getattr(part, field.name)) == plain(getattr(others, field.name))

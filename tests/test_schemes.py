@@ -359,7 +359,7 @@ def test_commands(tmp_path):
     ("arguments", "phrases"),
     [
         (("n=auto",), ("n=auto", "target={bias: 0.5}")),
-        (("target={bias: 1}",), ("with n=9: a target is for n=auto",)),
+        (("target={bias: 1}",), ("a target is for n=auto",)),
         (("criterion=target",), ("target=null: give the largest standard error",)),
         (("n=auto", "target={drift: 1}"), ("drift", "bias, scale, nonorthogonality")),
         (("scheme=parallel",), ("ScalarAccel", "scheme=joint", "model=platform")),

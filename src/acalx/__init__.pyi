@@ -37,11 +37,13 @@ from .estimation import Unit as Unit
 from .estimation import calibrate as calibrate
 from .estimation import read_correction as read_correction
 from .estimation import read_readings as read_readings
+from .models import Agreement as Agreement
 from .models import Angle as Angle
 from .models import Compared as Compared
 from .models import Comparison as Comparison
 from .models import Composite as Composite
 from .models import GyroRateTable as GyroRateTable
+from .models import GyroTurns as GyroTurns
 from .models import Joined as Joined
 from .models import Magnitude as Magnitude
 from .models import Model as Model
@@ -53,6 +55,7 @@ from .models import ScalarAccelQuadratic as ScalarAccelQuadratic
 from .models import ScalarMagnetometer as ScalarMagnetometer
 from .models import Together as Together
 from .models import VectorAccel as VectorAccel
+from .models import as_model as as_model
 from .optimizers import NSGA2 as NSGA2
 from .optimizers import Convex as Convex
 from .optimizers import DifferentialEvolution as DifferentialEvolution
@@ -84,6 +87,10 @@ from .search.result import Front as Front
 from .search.result import Result as Result
 from .search.result import Solution as Solution
 from .search.result import Survey as Survey
+from .sensors import IMU as IMU
+from .sensors import AccelArray as AccelArray
+from .sensors import AccelMagnetometer as AccelMagnetometer
+from .sensors import AccelTemperature as AccelTemperature
 from .sensors import AccelTriad as AccelTriad
 from .sensors import Channel as Channel
 from .sensors import GyroTriad as GyroTriad
@@ -97,12 +104,15 @@ from .simulation import Campaign as Campaign
 from .simulation import ErrorSources as ErrorSources
 from .simulation import Simulated as Simulated
 from .simulation import simulate as simulate
+from .stands import Chamber as Chamber
 from .stands import PlatformGimbals as PlatformGimbals
 from .stands import RateTable as RateTable
 from .stands import Rotary as Rotary
 from .stands import Setting as Setting
 from .stands import Stand as Stand
+from .stands import Turntable as Turntable
 from .stands import TwoAxis as TwoAxis
+from .stands import TwoAxisRateTable as TwoAxisRateTable
 from .validation import Validated as Validated
 from .validation import validate as validate
 

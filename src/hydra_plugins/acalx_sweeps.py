@@ -11,6 +11,7 @@ from pathlib import Path
 
 from hydra._internal.core_plugins.basic_launcher import BasicLauncher
 from hydra._internal.core_plugins.basic_sweeper import BasicSweeper
+from hydra.core.override_parser.types import Override
 from hydra.core.utils import JobReturn, JobStatus
 from hydra.errors import HydraException
 from omegaconf.errors import OmegaConfBaseException
@@ -42,6 +43,14 @@ class AcalxLauncher(BasicLauncher):
 
 class AcalxSweeper(BasicSweeper):
     """Makes a job of each combination of values."""
+
+    @staticmethod
+    def split_arguments(overrides: list[Override], max_batch_size: int | None) -> list[list[list[str]]]:
+        """Each combination of values, with what suits its model where it does not say."""
+        from acalx.commands import launch  # Hydra imports this file for every program of the environment
+
+        batches = BasicSweeper.split_arguments(overrides, max_batch_size)
+        return [[launch.suited(job) for job in batch] for batch in batches]
 
     def validate_batch_is_legal(self, batch: Sequence[Sequence[str]]) -> None:
         """Leave jobs that can't be composed to a launcher that records them."""

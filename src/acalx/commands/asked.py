@@ -11,6 +11,7 @@ from acalx.commands.options import seed_of
 from acalx.criteria import Criterion, Objectives, Target
 from acalx.errors import ArgumentError
 from acalx.optimizers import Optimizer
+from acalx.planning.defaults import usual_n
 from acalx.planning.design import Request
 from acalx.problem import Problem
 from acalx.programs import find_program
@@ -29,7 +30,7 @@ def problem_of(config: DictConfig) -> Problem:
     criterion = build_objectives(config) if several else build(config, "criterion", Criterion)
     _check_target(config, criterion)
     fixed = None if config.fixed is None else find_program(str(config.fixed)).settings_for(stand)
-    n = config.n
+    n = usual_n(model) if config.n is None else config.n
     if isinstance(n, float) and n.is_integer():
         n = int(n)  # 1e9 is a float in YAML
     if n == _AUTO:
@@ -77,7 +78,8 @@ def _check_target(config: DictConfig, criterion: Criterion | Objectives) -> None
     """Raise ArgumentError for a target that nothing asks for, or that is missing."""
     if config.n != _AUTO:
         if config.target is not None and not _has_target(criterion):
-            raise ArgumentError(f"target={config.target} with n={config.n}: a target is for n=auto or criterion=target")
+            given = "" if config.n is None else f" with n={config.n}"
+            raise ArgumentError(f"target={config.target}{given}: a target is for n=auto or criterion=target")
         return
     if config.target is None:
         raise ArgumentError(

@@ -20,7 +20,7 @@ from acalx.planning.defaults import suited
 from acalx.sensors import Sensor
 from acalx.stands import Stand
 
-__all__ = ["build", "build_model", "build_objectives", "composed", "placed", "resolved"]
+__all__ = ["build", "build_model", "build_objectives", "composed", "moved", "placed", "resolved"]
 
 _GROUP = "criterion"
 
@@ -103,10 +103,15 @@ def _as_now(config: DictConfig) -> Any:
     return config if _moved(options) == options else _moved(OmegaConf.to_container(config, resolve=True))
 
 
+def moved(target: str) -> str:
+    """The name that a part has now."""
+    return _MOVED.get(target, target)
+
+
 def _moved(options: Any) -> Any:
     """Options with the names of parts as they are now."""
     if isinstance(options, dict):
-        return {key: _MOVED.get(v, v) if key == "_target_" else _moved(v) for key, v in options.items()}
+        return {key: moved(v) if key == "_target_" else _moved(v) for key, v in options.items()}
     return [_moved(each) for each in options] if isinstance(options, list) else options
 
 

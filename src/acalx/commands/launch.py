@@ -33,13 +33,15 @@ from yaml import YAMLError
 
 from acalx.commands.composition import placed
 from acalx.commands.explain import explain, suggestion
+from acalx.commands.usual import with_usual
 from acalx.errors import AcalxError, ArgumentError
 from acalx.recording import RunDirectory
 from acalx.reporting.tables import align
 
-__all__ = ["Entry", "SweepReport", "launch", "record_refusal"]
+__all__ = ["Entry", "SweepReport", "launch", "record_refusal", "suited"]
 
 FAILED, INTERRUPTED = 1, 130
+_SWEEP = {"-m", "--multirun"}
 _TRACEBACK = re.compile(r"traceback ?= ?(true|1|yes|on)")
 Task = Callable[[DictConfig, RunDirectory], int]
 
@@ -70,6 +72,7 @@ class _State:
     """The entry point of this process and the exit statuses of its jobs."""
 
     config_name = "config"
+    groups: Sequence[str] = ()
     traceback = False
     statuses: list[int] = []  # noqa: RUF012 - one process, one command line
 
@@ -84,6 +87,10 @@ def launch(entry: Entry) -> int:
     ConfigStore.instance().store(name=f"{entry.name}_schema", node=entry.schema)
     OmegaConf.register_new_resolver("acalx_unique", lambda: uuid.uuid4().hex[:8], use_cache=True, replace=True)
     _State.config_name, _State.statuses = entry.config_name, []
+    _State.groups = [field.name for field in fields(entry.schema)]
+    given = sys.argv[1:]
+    if not _SWEEP & set(given):  # jobs of a sweep may have several models
+        sys.argv[1:] = suited(given)
 
     @hydra.main(version_base="1.3", config_path="pkg://acalx.conf", config_name=entry.config_name)
     def job(config: DictConfig) -> None:
@@ -111,6 +118,15 @@ def launch(entry: Entry) -> int:
             _say(str(other), other)
             return FAILED
     return max(_State.statuses, default=0)
+
+
+def suited(arguments: Sequence[str]) -> list[str]:
+    """The command line of a job with what suits its model, where it is a job and not a question."""
+    if any(argument.startswith("-") and argument not in ("--config-dir", "-cd") for argument in arguments):
+        own = [argument for argument in arguments if argument.startswith("-")]
+        if not all(argument.startswith("--config-dir=") for argument in own):
+            return list(arguments)
+    return with_usual(arguments, _State.groups)
 
 
 def record_refusal(directory: Path, error: Exception, overrides: Sequence[str]) -> None:

@@ -31,7 +31,7 @@ class RunConfig:
     objectives: Any = None
     optimizer: Any = None
     scheme: Any = None
-    n: Any = 9
+    n: Any = None
     target: Any = None
     n_most: Any = 500
     fixed: Any = None

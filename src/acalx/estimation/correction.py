@@ -150,7 +150,7 @@ def correction_of(model: Model, parameters: Array, per: Array, offset: float, un
     felt = model.corrected(parameters, probes, None)
     matrix = (felt[1 : k + 1] - felt[0]).T
     wrong = np.abs(felt - (probes @ matrix.T + felt[0])).max()
-    if not wrong <= _AFFINE * np.abs(felt).max():
+    if not wrong <= _AFFINE * np.abs(felt).max() or np.linalg.matrix_rank(matrix) < k:
         return by_model
     at_zero = -np.linalg.solve(matrix, felt[0])
     return Correction(matrix / per, offset + per * at_zero, unit, by_model.units)

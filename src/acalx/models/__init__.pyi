@@ -1,3 +1,4 @@
+from .agreement import Agreement as Agreement
 from .base import Model as Model
 from .compared import Compared as Compared
 from .compared import as_model as as_model
@@ -8,6 +9,7 @@ from .comparisons import Residual as Residual
 from .comparisons import Together as Together
 from .composite import Composite as Composite
 from .gyro_rate_table import GyroRateTable as GyroRateTable
+from .gyro_turns import GyroTurns as GyroTurns
 from .joined import Joined as Joined
 from .platform import Platform as Platform
 from .scalar_accel import ScalarAccel as ScalarAccel

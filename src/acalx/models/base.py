@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Mapping
-from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Protocol
 
 import numpy as np
@@ -14,7 +13,7 @@ from acalx.numerics.arrays import Array
 from acalx.quantities.information import Information
 from acalx.quantities.parameter import Parameter
 from acalx.quantities.stimulus import Stimulus, conversion
-from acalx.sensors.base import Channel, differences
+from acalx.sensors.base import Channel, differences, suits
 
 if TYPE_CHECKING:
     from acalx.models.comparisons import Comparison
@@ -62,7 +61,7 @@ class Model(ABC):
     """
 
     # What suits the model where a user does not say: options by their groups, and `n`.
-    usual: ClassVar[Mapping[str, Any]] = MappingProxyType({})
+    usual: ClassVar[Mapping[str, Any]] = suits()
 
     @property
     @abstractmethod
@@ -122,6 +121,10 @@ class Model(ABC):
         """The same with what is known before, where something is."""
         prior = self.prior_information
         return Information(information.matrix + np.diag(prior), self.parameters) if prior.any() else information
+
+    def by_information(self, regressors: Array, gradient: Array) -> Array:
+        """From a gradient with respect to the information, (..., p, p), to the regressors, (..., n, m, p): 2 H G."""
+        return np.asarray(2.0 * (regressors @ gradient[..., None, :, :]))
 
     def derivative(self, stimulus: Stimulus) -> Stimulus:
         """Derivatives of the regressors with respect to the stimulus, arrays (..., n, m, p, width).

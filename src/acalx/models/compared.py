@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import final
+from typing import Any, final
 
 from acalx.errors import CompatibilityError, Option, PluginError
 from acalx.models.base import Model
@@ -45,6 +46,11 @@ class Compared(SensorModel):
         require_part("comparison", self.comparison, Comparison)
         _check_sensor(self.sensor)
         self._compare(self.sensor, self.comparison)
+
+    @property
+    def usual(self) -> Mapping[str, Any]:  # type: ignore[override]
+        """What suits the sensor."""
+        return self.sensor.usual
 
     @property
     def called(self) -> str:

@@ -10,6 +10,7 @@ from typing import NamedTuple, final
 import numpy as np
 
 from acalx.errors import ArgumentError
+from acalx.models.standins import Faultless
 from acalx.numerics.arrays import Array
 from acalx.options import keep
 from acalx.quantities.stimulus import Stimulus
@@ -67,10 +68,19 @@ class Comparison(ABC):
         """Whether it holds a length against one that is the same in all positions: readings lie on a sphere, nearly."""
         return False
 
+    @property
+    def at_once(self) -> bool:
+        """Whether it asks what was felt, of which a position must have one and not a motion."""
+        return False
+
+    def of_length_one(self, sensor: Sensor) -> tuple[str, ...]:
+        """Vectors whose length it takes for 1, in the unit of the stimulus."""
+        return ()
+
     def rows(self, sensor: Sensor, stimulus: Stimulus) -> Residual:
         """The residual of a sensor without errors or noise, and its rows there."""
         nominal = sensor.nominal
-        return self.residual(sensor, nominal, sensor.readings(nominal, stimulus), stimulus)
+        return self.residual(Faultless(sensor, stimulus), nominal, sensor.readings(nominal, stimulus), stimulus)
 
 
 @final
@@ -130,6 +140,15 @@ class Together(Comparison):
     def knows(self, sensor: Sensor) -> tuple[str, ...]:
         """What any of them must know."""
         return tuple(dict.fromkeys(name for each in self.comparisons for name in each.knows(sensor)))
+
+    @property
+    def at_once(self) -> bool:
+        """Where one of them does."""
+        return any(each.at_once for each in self.comparisons)
+
+    def of_length_one(self, sensor: Sensor) -> tuple[str, ...]:
+        """What any of them does."""
+        return tuple(dict.fromkeys(name for each in self.comparisons for name in each.of_length_one(sensor)))
 
     def residual(self, sensor: Sensor, parameters: Array, readings: Array, known: Stimulus | None) -> Residual:
         """Their residuals side by side."""

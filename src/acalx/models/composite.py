@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
 from itertools import pairwise, starmap
+from typing import Any
 
 import numpy as np
 
@@ -34,6 +35,12 @@ class Composite(Model):
     @abstractmethod
     def models(self) -> tuple[Model, ...]:
         """The parts, in the order of their parameters and outputs."""
+
+    @property
+    def usual(self) -> Mapping[str, Any]:  # type: ignore[override]
+        """What suits the part that needs most."""
+        most = max(self.models, key=lambda model: len(tuple(model.needs)))
+        return {option: choice for option, choice in most.usual.items() if option != "n"}
 
     @property
     def prefixes(self) -> tuple[str, ...]:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import final
+from typing import Any, ClassVar, final
 
 from acalx.models.comparisons import Outputs
 from acalx.models.sensor_model import SensorModel
 from acalx.sensors import GyroTriad
+from acalx.sensors.base import suits
 from acalx.sensors.polynomial import require_noise
 
 __all__ = ["GyroRateTable"]
@@ -43,6 +45,7 @@ class GyroRateTable(SensorModel):
     Source: IEEE Std 1431-2004 for the terms.
     """
 
+    usual: ClassVar[Mapping[str, Any]] = suits(stand="rate_table", n=12)
     noise_deg_s: float = 1.0
 
     def __post_init__(self) -> None:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import final
+from typing import Any, ClassVar, final
 
 from acalx.errors import ArgumentError
 from acalx.models.base import Model
@@ -13,6 +13,7 @@ from acalx.models.compared import as_model
 from acalx.models.composite import Composite
 from acalx.options import keep
 from acalx.sensors import PlatformAccel, PlatformGyro
+from acalx.sensors.base import suits
 from acalx.sensors.polynomial import three_of
 
 __all__ = ["Platform"]
@@ -49,6 +50,7 @@ class Platform(Composite):
     Source: Wang, Wang, Shen, Qin, J. Chin. Inert. Technol. 24(5), 2016, 583-588.
     """
 
+    usual: ClassVar[Mapping[str, Any]] = suits(stand="platform_gimbals", errors="platform", optimizer="gradient", n=16)
     sensors: Sequence[str] = _SENSORS
     second_order: Sequence[str] = ("IS", "SS")
     gyro_noise_deg_h: float | Sequence[float] = 1.0

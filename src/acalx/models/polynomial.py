@@ -6,7 +6,7 @@ import numpy as np
 
 from acalx.models.comparisons import Comparison, Outputs
 from acalx.models.table import Entry, Table
-from acalx.models.vectors import Magnitude, Projection
+from acalx.models.vectors import Magnitude, Projection, of_sensor
 from acalx.numerics.arrays import Array
 from acalx.quantities.stimulus import UNITS_OF
 from acalx.sensors.base import Sensor
@@ -43,7 +43,7 @@ def _entries(sensor: Polynomial, comparison: Comparison, noise: Array) -> list[E
 
 def _along(sensor: Polynomial, comparison: Magnitude | Projection, noise: Array) -> list[Entry] | None:
     """u' G for a vector u of length one that the channels read, component by component, with the same noise."""
-    quantity = comparison.quantity
+    quantity = of_sensor(sensor, comparison.quantity)
     ideal = {channel: (factor, product) for channel, factor, product in sensor.ideal}
     factor = sensor.ideal[0][1] if sensor.ideal else 0.0
     plain = ideal == {k: (factor, ((quantity, k),)) for k in range(3)} and len(sensor.ideal) == 3

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import final
+from typing import Any, ClassVar, final
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from acalx.models.vectors import Magnitude
 from acalx.numerics.arrays import Array, components, empty_as
 from acalx.quantities.stimulus import Stimulus
 from acalx.sensors import AccelTriad
+from acalx.sensors.base import suits
 from acalx.sensors.triads import GROUPS
 
 __all__ = ["ScalarAccel"]
@@ -53,6 +54,7 @@ class ScalarAccel(SensorModel):
     Source: Egorov, Kiryachenko, Popov (2021).
     """
 
+    usual: ClassVar[Mapping[str, Any]] = suits(criterion=None, errors=None, n=9)
     groups: Sequence[str] = GROUPS
 
     def __post_init__(self) -> None:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import final
+from typing import Any, ClassVar, final
 
 from acalx.models.sensor_model import SensorModel
 from acalx.models.vectors import Magnitude
 from acalx.sensors import AccelTriad
+from acalx.sensors.base import suits
 
 __all__ = ["ScalarAccelQuadratic"]
 
@@ -31,6 +33,8 @@ class ScalarAccelQuadratic(SensorModel):
 
     Source: Egorov, Kiryachenko, Popov (2021) for the nine; the cubes follow in the same way.
     """
+
+    usual: ClassVar[Mapping[str, Any]] = suits(criterion=None, errors="fine", n=15)
 
     def __post_init__(self) -> None:
         self._compare(AccelTriad(order=2), Magnitude())

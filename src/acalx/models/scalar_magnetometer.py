@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import final
+from typing import Any, ClassVar, final
 
 from acalx.models.sensor_model import SensorModel
 from acalx.models.vectors import Magnitude
 from acalx.sensors import MagnetometerTriad
+from acalx.sensors.base import suits
 
 __all__ = ["ScalarMagnetometer"]
 
@@ -38,6 +40,8 @@ class ScalarMagnetometer(SensorModel):
     Source: Gebre-Egziabher, Elkaim, Powell, Parkinson, J. Aerosp. Eng. 19(2), 2006, 87-102, for
     the ellipsoid.
     """
+
+    usual: ClassVar[Mapping[str, Any]] = suits(stand="magnetic_table", criterion=None, errors="fine", n=9)
 
     def __post_init__(self) -> None:
         self._compare(MagnetometerTriad(), Magnitude("magnetic_field"))

@@ -9,19 +9,21 @@ from typing import Any
 
 import numpy as np
 
-from acalx.models.averaged import Averaged
 from acalx.models.base import Model, Noises, noises_of
+from acalx.models.blocks import Blocks, by_blocks, in_blocks, touched
+from acalx.models.checks import check_compared
 from acalx.models.comparisons import Comparison
 from acalx.models.polynomial import table_of
 from acalx.models.prior import prior_information
-from acalx.models.start import sphere_start
+from acalx.models.standins import Averaged
+from acalx.models.start import generic_least, sphere_start
 from acalx.models.table import Table
 from acalx.models.whitening import flat, whitened
 from acalx.numerics.arrays import Array
 from acalx.options import keep
 from acalx.quantities.information import Information
 from acalx.quantities.parameter import Parameter
-from acalx.quantities.stimulus import Stimulus
+from acalx.quantities.stimulus import AT_REST, Stimulus
 from acalx.sensors.base import Channel, Sensor
 
 __all__ = ["SensorModel"]
@@ -52,11 +54,6 @@ class SensorModel(Model):
         keep(self, "prior")
 
     @property
-    def usual(self) -> Mapping[str, Any]:  # type: ignore[override]
-        """What suits the sensor where a user does not say."""
-        return self.sensor.usual
-
-    @property
     def parameters(self) -> tuple[Parameter, ...]:
         """Those of the sensor."""
         return self.sensor.parameters
@@ -81,10 +78,21 @@ class SensorModel(Model):
         """Degree of the rows in the stimulus, where they are polynomials."""
         return None if self._table is None else self._table.degree
 
+    @cached_property
+    def smallest_n(self) -> int:
+        """The fewest positions that determine all the parameters, whatever is felt in them."""
+        least = super().smallest_n
+        return least if self._table is not None else generic_least(self, least)
+
     @property
     def entries(self) -> int:
         """Entries of a position's rows in the blocks that the information has."""
         return sum(len(outputs) * len(numbers) for outputs, numbers in self._blocks)
+
+    def check(self, stimulus: Stimulus, stand: Any) -> None:
+        """Raise CompatibilityError where the stand lacks what the sensor needs, or can't have it compared."""
+        super().check(stimulus, stand)
+        check_compared(self.sensor, self.comparison, stimulus, type(stand).__name__)
 
     # ---- design
 
@@ -92,7 +100,7 @@ class SensorModel(Model):
         """Rows of the comparison for a sensor without errors, over the noise, (..., n, m, p); means over samples."""
         felt = self.in_units(stimulus)
         if self._table is not None:
-            return self._table.mean_rows(felt)
+            return self._table.rows(felt)
         at = self.comparison.rows(self.sensor, felt.mean())
         rows = at.rows
         if felt.weights is not None:  # the mean of products, not the product of means
@@ -118,13 +126,13 @@ class SensorModel(Model):
         """Information of programs whose rows are there already: block by block where outputs share no parameters."""
         if len(self._blocks) == 1:
             return super().information_of(regressors)
-        p = len(self.parameters)
-        matrix = np.zeros((*regressors.shape[:-3], p, p))
-        for outputs, numbers in self._blocks:
-            rows = regressors[..., outputs[:, None], numbers]
-            own = tuple(self.parameters[number] for number in numbers)
-            matrix[..., numbers[:, None], numbers] = Information.from_regressors(rows, own).matrix
-        return self.with_prior(Information(matrix, self.parameters))
+        return self.with_prior(in_blocks(self._blocks, regressors, self.parameters))
+
+    def by_information(self, regressors: Array, gradient: Array) -> Array:
+        """2 H G, of entries that are not zero in every position: those of the blocks."""
+        if len(self._blocks) == 1:
+            return super().by_information(regressors, gradient)
+        return by_blocks(self._blocks, regressors, gradient)
 
     @cached_property
     def prior_information(self) -> Array:
@@ -233,20 +241,12 @@ class SensorModel(Model):
             return super().noises
         numbers = {unit: k for k, unit in enumerate(units)}
         of_outputs = np.array([numbers[channel.unit] for channel in self.channels])
-        return noises_of(of_outputs, self._touched)
-
-    @property
-    def _touched(self) -> np.ndarray:
-        """Which outputs each parameter shows in, (m, p)."""
-        touched = np.zeros((self.outputs, len(self.parameters)), dtype=bool)
-        for outputs, numbers in self._blocks:
-            touched[outputs[:, None], numbers] = True
-        return touched
+        return noises_of(of_outputs, touched(self._blocks, self.outputs, len(self.parameters)))
 
     @property
     def corrects_with(self) -> tuple[str, ...]:
         """What the sensor needs and does not sense itself."""
-        return tuple(name for name in self.needs if name not in self.sensor.senses)
+        return tuple(name for name in self.needs if name not in (*self.sensor.senses, *AT_REST))
 
     # ---- what is worked out once
 
@@ -278,7 +278,7 @@ class SensorModel(Model):
         return self._noise(self.sensor.felt(parameters, readings, known))
 
     @cached_property
-    def _blocks(self) -> tuple[tuple[np.ndarray, np.ndarray], ...]:
+    def _blocks(self) -> Blocks:
         if self._table is None:
             return ((np.arange(self.outputs), np.arange(len(self.parameters))),)
         return self._table.blocks

@@ -1,17 +1,19 @@
-"""Where an estimate starts that knows no attitude."""
+"""Where an estimate starts that knows no attitude, and with how few positions one can."""
 
 from __future__ import annotations
 
 import itertools
+from collections.abc import Mapping
 
 import numpy as np
 
+from acalx.models.base import Model
 from acalx.numerics.arrays import Array
 from acalx.numerics.sphere import fit_sphere
-from acalx.quantities.stimulus import Stimulus
+from acalx.quantities.stimulus import VECTORS, Stimulus
 from acalx.sensors.base import Sensor
 
-__all__ = ["sphere_start"]
+__all__ = ["generic_least", "sphere_start"]
 
 
 def sphere_start(sensor: Sensor, readings: Array, known: Stimulus | None) -> Array:
@@ -30,3 +32,21 @@ def sphere_start(sensor: Sensor, readings: Array, known: Stimulus | None) -> Arr
     wanted = center[..., None, :] + radius[..., None, None] * directions - ideal
     inverse = np.linalg.pinv(rows.reshape(-1, rows.shape[-1]))
     return np.asarray(sensor.nominal + wanted.reshape((*wanted.shape[:-2], -1)) @ inverse.T)
+
+
+def generic_least(model: Model, least: int) -> int:
+    """So many positions, `least` or more, as parameters show in where anything may be felt: no others show more.
+
+    Which residuals share parameters decides it; a count of residuals and parameters is only a lower limit.
+    """
+    rng = np.random.default_rng(0)
+    widths = {name: 3 if name in VECTORS else 1 for name in model.needs}
+    units = dict(model.needs) if isinstance(model.needs, Mapping) else None
+    prior = model.prior_information
+    for n in range(least, 3 * least + 1):
+        felt = Stimulus({name: rng.standard_normal((n, width)) for name, width in widths.items()}, units=units)
+        rows = model.regressors(felt).reshape(-1, len(prior))
+        rows = np.concatenate([rows / np.abs(rows).max(axis=0), np.diag(prior > 0.0)])
+        if np.linalg.matrix_rank(rows) == len(prior):
+            return n
+    return least

@@ -63,21 +63,27 @@ class Table:
             found.append((np.array(sorted(outputs)), np.array(sorted(numbers), dtype=int)))
         return tuple(found)
 
+    @cached_property
+    def products(self) -> dict[Factors, list[tuple[int, int, float]]]:
+        """Each product once, with the outputs and parameters that it is an entry of, and the constants."""
+        found: dict[Factors, list[tuple[int, int, float]]] = {}
+        for output, number, factor, product in self.entries:
+            found.setdefault(product, []).append((output, number, factor))
+        return found
+
     def rows(self, stimulus: Stimulus) -> Array:
-        """The entries at what is felt, each position by itself: (..., n, m, p)."""
+        """The entries at what is felt, (..., n, m, p): means of the products over the samples in a position."""
         first = self._first(stimulus)
+        first = first if stimulus.weights is None else first[..., 0]
         rows = empty_as(first, (*first.shape, self.outputs, self.count))
         rows[...] = 0.0
-        for output, number, factor, product in self.entries:
-            rows[..., output, number] += multiplied(factor, product, stimulus)
+        for product, places in self.products.items():
+            value = multiplied(1.0, product, stimulus)
+            if stimulus.weights is not None and product:
+                value = np.asarray(value) @ stimulus.weights
+            for output, number, factor in places:
+                rows[..., output, number] += factor * value
         return rows
-
-    def mean_rows(self, stimulus: Stimulus) -> Array:
-        """Their means over the samples in each position."""
-        if stimulus.weights is None:
-            return self.rows(stimulus)
-        rows = self.rows(stimulus)  # (..., n, K, m, p)
-        return np.asarray(np.einsum("k,...kmp->...mp", stimulus.weights, rows))
 
     def derivative(self, stimulus: Stimulus) -> Stimulus:
         """Derivatives of the rows by each quantity, (..., n, m, p, width), or of the means by each sample."""
@@ -100,13 +106,18 @@ class Table:
         totals = {name: empty_as(stimulus[name], stimulus[name].shape) for name in self.needs}
         for total in totals.values():
             total[...] = 0.0
-        for output, number, factor, product in self.entries:
-            by_row = rows[..., output, number]
+        for product, places in self.products.items():
+            if not product:
+                continue
+            (output, number, factor), *more = places
+            by_product = factor * rows[..., output, number]
+            for output, number, factor in more:
+                by_product = by_product + factor * rows[..., output, number]
             if weights is not None:
-                by_row = by_row[..., None] * weights
+                by_product = by_product[..., None] * weights
             for i, (quantity, component) in enumerate(product):
                 others = product[:i] + product[i + 1 :]
-                totals[quantity][..., component] += by_row * multiplied(factor, others, stimulus)
+                totals[quantity][..., component] += by_product * multiplied(1.0, others, stimulus)
         return stimulus.made(totals)
 
     def _first(self, stimulus: Stimulus) -> Array:

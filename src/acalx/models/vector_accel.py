@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import final
+from typing import Any, ClassVar, final
 
 from acalx.models.comparisons import Outputs
 from acalx.models.sensor_model import SensorModel
 from acalx.sensors import AccelTriad
+from acalx.sensors.base import suits
 from acalx.sensors.polynomial import require_noise
 
 __all__ = ["VectorAccel"]
@@ -41,6 +43,7 @@ class VectorAccel(SensorModel):
     Source: IEEE Std 1293-2018, the static model without terms of higher order.
     """
 
+    usual: ClassVar[Mapping[str, Any]] = suits(n=6)
     noise_g: float = 1.0
 
     def __post_init__(self) -> None:

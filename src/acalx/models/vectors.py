@@ -11,11 +11,11 @@ import numpy as np
 from acalx.errors import ArgumentError, CompatibilityError, Option
 from acalx.models.comparisons import Comparison, Residual
 from acalx.numerics.arrays import Array
-from acalx.options import keep
-from acalx.quantities.stimulus import UNITS_OF, Stimulus, conversion
+from acalx.options import keep, require_switch
+from acalx.quantities.stimulus import UNITS_OF, VECTORS, Stimulus, conversion
 from acalx.sensors.base import Sensor
 
-__all__ = ["Angle", "Magnitude", "Projection"]
+__all__ = ["Angle", "Magnitude", "Projection", "of_sensor"]
 
 
 @final
@@ -28,8 +28,8 @@ class Magnitude(Comparison):
 
     Parameters
     ----------
-    quantity : str
-        A vector that the sensor senses.
+    quantity : str, optional
+        A vector that the sensor senses; the only one where it is not given.
     varies : bool
         Whether the length differs between positions, as of a rate, and must be known for each. Otherwise it is 1,
         in the unit of the stimulus: gravity, or the strength of the field.
@@ -37,12 +37,16 @@ class Magnitude(Comparison):
     Source: Egorov, Kiryachenko, Popov (2021), equation (2).
     """
 
-    quantity: str = "specific_force"
+    quantity: str | None = None
     varies: bool = False
+
+    def __post_init__(self) -> None:
+        _require_quantity(self.quantity)
+        object.__setattr__(self, "varies", require_switch("varies", self.varies))
 
     def check(self, sensor: Sensor) -> None:
         """Refuse a sensor whose readings do not give the vector."""
-        _require_sensed(sensor, self.quantity, "magnitude")
+        of_sensor(sensor, self.quantity, "magnitude")
 
     def count(self, sensor: Sensor) -> int:
         """One a position, a length."""
@@ -51,26 +55,36 @@ class Magnitude(Comparison):
     def knows(self, sensor: Sensor) -> tuple[str, ...]:
         """What the sensor needs beside what it senses; a length that varies too."""
         others = tuple(name for name in sensor.needs if name not in sensor.senses)
-        return (*others, self.quantity) if self.varies else others
+        return (*others, of_sensor(sensor, self.quantity)) if self.varies else others
 
     @property
     def by_length(self) -> bool:
         """Unless the length varies."""
         return not self.varies
 
+    @property
+    def at_once(self) -> bool:
+        """The length of a mean is not the mean of lengths."""
+        return True
+
+    def of_length_one(self, sensor: Sensor) -> tuple[str, ...]:
+        """The vector, unless its length varies."""
+        return () if self.varies else (of_sensor(sensor, self.quantity),)
+
     def residual(self, sensor: Sensor, parameters: Array, readings: Array, known: Stimulus | None) -> Residual:
         """|s| - |s0|, its rows u' inv(S) G, with u = s / |s|, S and G the derivatives of the readings by s and X."""
+        quantity = of_sensor(sensor, self.quantity)
         felt = sensor.felt(parameters, readings, known)
-        vector = felt[self.quantity]
+        vector = felt[quantity]
         length = np.sqrt((vector * vector).sum(axis=-1, keepdims=True))
         target: Array | float
         if self.varies:
             assert known is not None  # `knows` says so
-            target = _lengths(known[self.quantity])
+            target = _lengths(known[quantity])
         else:
-            target = conversion(UNITS_OF[self.quantity], sensor.needs[self.quantity]) or 1.0
+            target = conversion(UNITS_OF[quantity], sensor.needs[quantity]) or 1.0
         with np.errstate(invalid="ignore", divide="ignore"):  # nan where nothing was felt
-            slopes = {self.quantity: (vector / length)[..., None, :]}
+            slopes = {quantity: (vector / length)[..., None, :]}
         return _by_felt(sensor, parameters, felt, length - target, slopes)
 
 
@@ -83,28 +97,35 @@ class Projection(Comparison):
 
     Parameters
     ----------
-    quantity : str
-        A vector that the sensor senses.
+    quantity : str, optional
+        A vector that the sensor senses; the only one where it is not given.
 
     Source: Egorov, Kiryachenko, Popov (2021), equation (1).
     """
 
-    quantity: str = "specific_force"
+    quantity: str | None = None
+
+    def __post_init__(self) -> None:
+        _require_quantity(self.quantity)
 
     def check(self, sensor: Sensor) -> None:
         """Refuse a sensor whose readings are not the three components of the vector."""
-        _require_sensed(sensor, self.quantity, "projection")
-        if sensor.senses != (self.quantity,):
-            raise CompatibilityError(f"{type(sensor).__name__} reads more than the {_words(self.quantity)}")
+        quantity = of_sensor(sensor, self.quantity, "projection")
+        if sensor.senses != (quantity,):
+            raise CompatibilityError(f"{type(sensor).__name__} reads more than the {_words(quantity)}")
 
     def count(self, sensor: Sensor) -> int:
         """One a position, a component."""
         return 1
 
+    def of_length_one(self, sensor: Sensor) -> tuple[str, ...]:
+        """The vector that is projected on."""
+        return (of_sensor(sensor, self.quantity),)
+
     def residual(self, sensor: Sensor, parameters: Array, readings: Array, known: Stimulus | None) -> Residual:
         """eta' (W - f(X, s)), and eta' times the derivatives of f."""
         assert known is not None  # `knows` says all of it
-        vector = known[self.quantity]
+        vector = known[of_sensor(sensor, self.quantity)]
         along = (vector / _lengths(vector))[..., None, :]
         left = readings - sensor.readings(parameters, known)
         rows = along @ sensor.by_parameters(parameters, known)
@@ -137,11 +158,16 @@ class Angle(Comparison):
     def check(self, sensor: Sensor) -> None:
         """Refuse a sensor whose readings do not give both vectors."""
         for quantity in self.quantities:
-            _require_sensed(sensor, quantity, "angle")
+            of_sensor(sensor, quantity, "angle")
 
     def count(self, sensor: Sensor) -> int:
         """One a position, a cosine."""
         return 1
+
+    @property
+    def at_once(self) -> bool:
+        """The angle between means is not the mean of angles."""
+        return True
 
     def residual(self, sensor: Sensor, parameters: Array, readings: Array, known: Stimulus | None) -> Residual:
         """u . v - c0 for unit vectors u and v of what was felt, and its rows."""
@@ -177,16 +203,43 @@ def _by_felt(sensor: Sensor, parameters: Array, felt: Stimulus, value: Array, sl
     return Residual(value, rows, by_readings(sensor.nominal))
 
 
-def _require_sensed(sensor: Sensor, quantity: str, what: str) -> None:
-    if quantity not in sensor.senses:
+def _require_quantity(quantity: object) -> None:
+    if quantity is not None and not isinstance(quantity, str):
+        raise ArgumentError.of("quantity", quantity, "give the name of a vector, such as specific_force, or null")
+
+
+def _solved(matrix: Array, right: Array) -> Array:
+    """Solutions of equations; nan where parameters went anywhere and there are none: `converged` tells."""
+    try:
+        return np.asarray(np.linalg.solve(matrix, right), dtype=float)
+    except np.linalg.LinAlgError:
+        return np.full_like(right, np.nan)
+
+
+def of_sensor(sensor: Sensor, quantity: str | None, what: str = "") -> str:
+    """The vector that is compared: the one that is named, or the only one that a sensor senses.
+
+    Raises
+    ------
+    CompatibilityError
+        One that does not follow from its readings; several where none is named.
+    """
+    components = sum(3 if name in VECTORS else 1 for name in sensor.senses)
+    if components == len(sensor.channels) and quantity is None and len(sensor.senses) == 1:
+        return sensor.senses[0]
+    if components != len(sensor.channels) or quantity not in sensor.senses:
         raise CompatibilityError(
-            "{sensor} has no {what} of the {quantity} to compare: its readings give {senses}; compare {instead}",
+            "{given}: {sensor} has no {what} of the {quantity} to compare; its readings give {senses}: compare "
+            "{instead}",
+            given=Option("quantity", quantity),
             sensor=type(sensor).__name__,
-            what=what,
-            quantity=_words(quantity),
+            what=what or "vector",
+            quantity=_words(quantity or "one vector"),
             senses=", ".join(map(_words, sensor.senses)) or "no vector by themselves",
             instead=Option("comparison", "outputs", "Outputs()"),
         )
+    assert quantity is not None  # which is none of them
+    return quantity
 
 
 def _words(quantity: str) -> str:

@@ -1,4 +1,4 @@
-"""Which optimizer suits a problem where none is asked for."""
+"""Which optimizer suits a problem, and how many positions a model, where none are asked for."""
 
 from __future__ import annotations
 
@@ -6,10 +6,11 @@ from collections.abc import Callable
 from typing import Any
 
 from acalx import optimizers
+from acalx.models import Model
 from acalx.optimizers import Optimizer
 from acalx.problem import Problem
 
-__all__ = ["default_optimizer", "suited"]
+__all__ = ["default_optimizer", "suited", "usual_n"]
 
 
 def suited(*, several: bool, stepped: bool) -> str:
@@ -17,6 +18,15 @@ def suited(*, several: bool, stepped: bool) -> str:
     if several:
         return "scalarized"
     return "exchange" if stepped else "de"
+
+
+def usual_n(model: Model) -> int:
+    """So many positions as the model says, or six residuals more than it has parameters."""
+    said = model.usual.get("n")
+    if said is not None:
+        return int(said)
+    count = len(model.parameters)
+    return max(-(-(count + 6) // model.outputs), model.smallest_n)
 
 
 def default_optimizer(problem: Problem) -> Optimizer[Any]:

@@ -86,7 +86,7 @@ class Linearization:
 
         2 H G to the regressors, the model's derivative to the stimulus, the stand's to the settings.
         """
-        rows = 2.0 * (self.regressors @ gradient[..., None, :, :])
+        rows = self.response.model.by_information(self.regressors, gradient)
         return self.response.place.pull(self.settings, self.response.model.pull(self.stimulus, rows))
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from acalx.errors import PluginError, asked
 from acalx.models import Model
 from acalx.numerics.arrays import Array
-from acalx.quantities.stimulus import Stimulus
+from acalx.quantities.stimulus import VECTORS, Stimulus
 from acalx.stands import Stand
 
 __all__ = ["check_parts"]
@@ -35,6 +35,7 @@ def check_parts(stand: Stand, model: Model) -> None:
         stimulus = _felt(name, stand, stand.axes.random(np.random.default_rng(0), (2,)))
         for quantity, values in stimulus.items():
             _require_finite(f"{name}: {quantity}", values)
+        model.check(stimulus, stand)
         _check_model(model, stimulus, finite=True)
 
 
@@ -47,9 +48,8 @@ def _felt(name: str, stand: Stand, settings: Array) -> Stimulus:
     samples = () if weights is None else np.shape(weights)
     if weights is not None and (len(samples) != 1 or abs(float(np.sum(weights)) - 1.0) > 1e-9):
         raise PluginError(f"{name}: weights of shape {samples}; expected one for each sample, with the sum 1")
-    vectors = {"specific_force", "angular_rate", "magnetic_field", "angular_acceleration"}
     for quantity, values in stimulus.items():
-        width = 3 if quantity in vectors else np.shape(values)[-1] if np.ndim(values) == 2 + len(samples) else 1
+        width = 3 if quantity in VECTORS else np.shape(values)[-1] if np.ndim(values) == 2 + len(samples) else 1
         _require(f"{name}: {quantity}", values, (2, *samples, width))
     return stimulus
 

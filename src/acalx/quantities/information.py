@@ -29,6 +29,7 @@ _ROUNDING = 1e-28
 _APART = 1e10
 # From this many matrices on, elimination along the stack beats one LAPACK call a matrix.
 _LARGE_STACK = 32
+_SMALL_MATRIX = 36
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,7 +83,7 @@ class Information:
 
     @property
     def _large(self) -> bool:
-        return math.prod(self.matrix.shape[:-2]) >= _LARGE_STACK
+        return math.prod(self.matrix.shape[:-2]) >= _LARGE_STACK and self.matrix.shape[-1] <= _SMALL_MATRIX
 
     @cached_property
     def _factors(self) -> tuple[Array, np.ndarray]:

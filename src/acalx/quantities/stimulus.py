@@ -11,7 +11,7 @@ import numpy as np
 from acalx.errors import ArgumentError
 from acalx.numerics.arrays import Array
 
-__all__ = ["EARTH_RATE", "UNITS_OF", "Stimulus", "conversion"]
+__all__ = ["AT_REST", "EARTH_RATE", "UNITS_OF", "VECTORS", "Stimulus", "conversion"]
 
 # In rad/s, 15.041 deg/h: the unit of angular rate. Source: IERS Conventions (2010), table 1.2.
 EARTH_RATE = 7.292115e-5
@@ -23,11 +23,15 @@ UNITS_OF: Mapping[str, str] = MappingProxyType(
         "angular_rate": "earth_rate",
         "angular_acceleration": "rad/s^2",
         "magnetic_field": "field",
-        "temperature": "K",
+        "temperature": "degC",
         "dwell": "s",
         "time": "s",
     }
 )
+# Those of them that are vectors in sensor axes.
+VECTORS = ("specific_force", "angular_rate", "angular_acceleration", "magnetic_field")
+# Those that are zero where nobody tells them.
+AT_REST = ("angular_acceleration",)
 # What units of the same kind are in SI. The others are read as they are given, or not at all.
 _SIZES: Mapping[str, tuple[str, float]] = MappingProxyType(
     {
@@ -87,9 +91,9 @@ class Stimulus(Mapping[str, Array]):
 
     Examples
     --------
-    >>> felt = Stimulus(specific_force=np.array([[0.0, 0.0, 1.0]]), temperature=np.array([[293.15]]))
+    >>> felt = Stimulus(specific_force=np.array([[0.0, 0.0, 1.0]]), temperature=np.array([[20.0]]))
     >>> felt["specific_force"].shape, felt.units["temperature"]
-    ((1, 3), 'K')
+    ((1, 3), 'degC')
     """
 
     __slots__ = ("_quantities", "_units", "weights")
@@ -155,6 +159,16 @@ class Stimulus(Mapping[str, Array]):
             return self
         flat = {name: value.reshape((*value.shape[:-3], -1, value.shape[-1])) for name, value in self.items()}
         return Stimulus(flat, units=self._units)
+
+    def first(self) -> Stimulus:
+        """What is felt at the first of the samples, (..., n, width); itself where there are none."""
+        if self.weights is None:
+            return self
+        return Stimulus({name: value[..., 0, :] for name, value in self.items()}, units=self._units)
+
+    def vertical(self) -> Array | None:
+        """The specific force where it is one in each position, (..., n, 3); None where it changes, or is not there."""
+        return self.get("specific_force") if self.weights is None else None
 
     def mean(self) -> Stimulus:
         """What is felt on average in each position, (..., n, width)."""

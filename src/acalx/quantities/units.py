@@ -10,7 +10,7 @@ import numpy as np
 
 from acalx.numerics.arrays import Array
 
-__all__ = ["DEGREE", "DEGREE_PER_SECOND", "UNITS", "Unit", "unit_of_column"]
+__all__ = ["CELSIUS", "DEGREE", "DEGREE_PER_SECOND", "KELVIN", "METER", "SECOND", "UNITS", "Unit", "unit_of_column"]
 
 # Digits that are written: finer than a double holds in rad, so that 45 degrees stay 45.
 _DECIMALS = 12
@@ -56,7 +56,12 @@ class Unit:
 
 DEGREE = Unit("deg", "deg", "degrees", math.pi / 180.0, 360.0)
 DEGREE_PER_SECOND = Unit("deg_s", "deg/s", "degrees per second", math.pi / 180.0)
-UNITS = (DEGREE, DEGREE_PER_SECOND)
+SECOND = Unit("s", "s", "seconds", 1.0)
+KELVIN = Unit("K", "K", "kelvins", 1.0)
+CELSIUS = Unit("degC", "degC", "degrees Celsius", 1.0)
+METER = Unit("m", "m", "meters", 1.0)
+# Those with the longer names first: a column in deg/s ends like one in s.
+UNITS = (DEGREE_PER_SECOND, DEGREE, CELSIUS, SECOND, KELVIN, METER)
 
 
 def unit_of_column(column: str) -> tuple[str, Unit] | None:

@@ -209,11 +209,12 @@ def versions() -> Mapping[str, str]:
 
 
 def _columns(stand: Stand) -> list[str]:
-    return [*stand.axes.columns, "eta_x", "eta_y", "eta_z"]
+    vertical = stand.stimulus(stand.axes.bounds[:, 0][None]).vertical() is not None
+    return [*stand.axes.columns, *(("eta_x", "eta_y", "eta_z") if vertical else ())]
 
 
 def _rows(stand: Stand, settings: Array) -> list[list[Any]]:
-    force = stand.stimulus(settings).get("specific_force")
+    force = stand.stimulus(settings).vertical()
     angles = stand.axes.written(settings).tolist()
     directions = [[]] * len(angles) if force is None else (force + 0.0).tolist()
     return [

@@ -51,8 +51,8 @@ def draw(designed: Designed, directory: Path) -> None:
 
     problem, result, reference = designed.problem, designed.result, designed.reference
     stimulus = problem.stand.stimulus(designed.program)
-    if "specific_force" in stimulus:
-        draw_positions(stimulus["specific_force"], directory, f"{problem.n} positions of the vertical")
+    if (vertical := stimulus.vertical()) is not None:
+        draw_positions(vertical, directory, f"{problem.n} positions of the vertical")
     if isinstance(result, Front):
         _draw_front(problem, result, directory)
     elif isinstance(result, Result) and result.survey is not None:

@@ -42,6 +42,6 @@ def draw(evaluation: Evaluation, directory: Path) -> None:
     from acalx.reporting.figures import draw_entries, draw_positions
 
     stimulus = evaluation.stand.stimulus(evaluation.settings)
-    if "specific_force" in stimulus:
-        draw_positions(stimulus["specific_force"], directory, evaluation.program.title)
+    if (vertical := stimulus.vertical()) is not None:
+        draw_positions(vertical, directory, evaluation.program.title)
     draw_entries({evaluation.program.name: evaluation.model.regressors(stimulus)}, directory)

@@ -39,7 +39,7 @@ def program_table(stand: Stand, settings: Array, held: int = 0, most: int = 60) 
 
     The first `held` ones are marked as fixed.
     """
-    force = stand.stimulus(settings).get("specific_force")
+    force = stand.stimulus(settings).vertical()
     rows = [["position", *(f"{setting.name} {setting.unit.symbol}" for setting in stand.settings)]]
     if force is not None:
         rows[0] += ["eta x", "eta y", "eta z"]
@@ -57,12 +57,12 @@ def program_table(stand: Stand, settings: Array, held: int = 0, most: int = 60) 
 def weights_table(stand: Stand, settings: Array, weights: Array, most: int = 20) -> str:
     """Support points of an approximate design, the heaviest first, with their shares of the time in percent."""
     order = np.argsort(-weights, kind="stable")
-    force = stand.stimulus(settings).get("specific_force")
-    rows = [["support point", *(f"{name} deg" for name in stand.axes.names)]]
+    force = stand.stimulus(settings).vertical()
+    rows = [["support point", *(f"{setting.name} {setting.unit.symbol}" for setting in stand.settings)]]
     rows[0] += [] if force is None else ["eta x", "eta y", "eta z"]
     rows[0].append("dwell share")
     for number, k in enumerate(order[:most], 1):
-        row = [str(number), *(f"{angle:.2f}" for angle in np.round(np.degrees(settings[k]), 2) + 0.0)]
+        row = [str(number), *(f"{angle:.2f}" for angle in np.round(stand.axes.written(settings[k]), 2) + 0.0)]
         row += [] if force is None else [f"{value:+.4f}" for value in np.round(force[k], 4) + 0.0]
         rows.append([*row, f"{100 * weights[k]:.3f} %"])
     text = align(rows)

@@ -1,7 +1,11 @@
+from .accel_array import AccelArray as AccelArray
+from .accel_magnetometer import AccelMagnetometer as AccelMagnetometer
+from .accel_temperature import AccelTemperature as AccelTemperature
 from .accel_triad import AccelTriad as AccelTriad
 from .base import Channel as Channel
 from .base import Sensor as Sensor
 from .gyro_triad import GyroTriad as GyroTriad
+from .imu import IMU as IMU
 from .magnetometer_triad import MagnetometerTriad as MagnetometerTriad
 from .platform_accel import PlatformAccel as PlatformAccel
 from .platform_gyro import PlatformGyro as PlatformGyro

@@ -14,9 +14,9 @@ from acalx.errors import ArgumentError
 from acalx.numerics.arrays import Array
 from acalx.options import is_number
 from acalx.quantities.parameter import Parameter
-from acalx.quantities.stimulus import Stimulus
+from acalx.quantities.stimulus import AT_REST, VECTORS, Stimulus
 
-__all__ = ["Channel", "Sensor", "differences"]
+__all__ = ["Channel", "Sensor", "differences", "suits"]
 
 # Of differences of fourth order, relative to the size of what is moved: what they leave out and what rounding
 # adds are both about 1e-13 there.
@@ -24,6 +24,15 @@ _STEP = 1e-3
 # Steps of Newton's method to what was felt; a sensor that is linear in it needs one.
 _MOST_STEPS = 50
 _SETTLED = 1e-13
+
+
+def suits(**options: Any) -> Mapping[str, Any]:
+    """What suits a sensor or a model where a user does not say: options of groups by their names, and `n`.
+
+    D does not depend on units; errors are what the sensor itself says of its noise and of its make. None: not said.
+    """
+    given = {"criterion": "d", "errors": "usual", **options}
+    return MappingProxyType({option: choice for option, choice in given.items() if choice is not None})
 
 
 @final
@@ -64,7 +73,7 @@ class Sensor(ABC):
     """
 
     # What suits the sensor where a user does not say: options by their groups (`stand`, `criterion`), and `n`.
-    usual: ClassVar[Mapping[str, Any]] = MappingProxyType({})
+    usual: ClassVar[Mapping[str, Any]] = suits()
 
     @property
     @abstractmethod
@@ -100,7 +109,7 @@ class Sensor(ABC):
     def senses(self) -> tuple[str, ...]:
         """The quantities that follow from the readings once the errors are known; none by default.
 
-        Their components must be as many as there are channels. Magnitudes and angles are compared of
+        With no more components than there are channels. Magnitudes and angles are compared of
         them, and readings are corrected to them.
         """
         return ()
@@ -143,7 +152,7 @@ class Sensor(ABC):
         return found
 
     def felt(self, parameters: Array, readings: Array, known: Stimulus | None = None) -> Stimulus:
-        """What was felt of the quantities that it senses, by Newton's method.
+        """What was felt of the quantities that it senses, by Newton's method; with more channels by least squares.
 
         Parameters
         ----------
@@ -158,16 +167,19 @@ class Sensor(ABC):
             Arrays (..., n, width) of `senses`, and what was known; nan where no stimulus gives the readings.
         """
         shape = np.broadcast_shapes(readings.shape[:-1], (*parameters.shape[:-1], 1))
-        others = {} if known is None else {name: known[name] for name in self.needs if name not in self.senses}
+        others = self._others(known, shape)
         widths = self._widths
         z = np.zeros((*shape, sum(widths)))
         cuts = np.cumsum(widths)[:-1]
         with np.errstate(all="ignore"):
             for _ in range(_MOST_STEPS):
                 at = Stimulus({**others, **dict(zip(self.senses, np.split(z, cuts, axis=-1), strict=True))})
+                left = readings - self.readings(parameters, at)
                 slopes = self.by_stimulus(parameters, at)
                 matrix = np.concatenate([slopes[name] for name in self.senses], axis=-1)
-                left = readings - self.readings(parameters, at)
+                if matrix.shape[-1] < matrix.shape[-2]:
+                    turned = matrix.swapaxes(-1, -2)
+                    matrix, left = turned @ matrix, (turned @ left[..., None])[..., 0]
                 step = _solved(np.broadcast_to(matrix, (*shape, *matrix.shape[-2:])), left)
                 z = z + step
                 size = np.abs(step) - _SETTLED * (1.0 + np.abs(z))
@@ -177,15 +189,22 @@ class Sensor(ABC):
                 z = np.where((size > 1e-9).any(axis=-1, keepdims=True), np.nan, z)
         return Stimulus({**others, **dict(zip(self.senses, np.split(z, cuts, axis=-1), strict=True))})
 
+    def _others(self, known: Stimulus | None, shape: tuple[int, ...]) -> dict[str, Array]:
+        """What the readings depend on and do not tell."""
+        others = {} if known is None else {name: known[name] for name in self.needs if name in known}
+        zero = {name: np.zeros((*shape, 3)) for name in AT_REST if name in self.needs and name not in others}
+        return {name: value for name, value in {**others, **zero}.items() if name not in self.senses}
+
     @property
     def _widths(self) -> list[int]:
-        """Components of each quantity that is sensed: shared out evenly, as of vectors."""
-        count, several = len(self.channels), len(self.senses)
-        if not several or count % several:
+        """Components of each quantity that is sensed."""
+        widths = [3 if name in VECTORS else 1 for name in self.senses]
+        if not widths or sum(widths) > len(self.channels):
             raise ArgumentError(
-                f"{type(self).__name__}: its {count} channels can't give {', '.join(self.senses) or 'what it feels'}"
+                f"{type(self).__name__}: its {len(self.channels)} channels can't give "
+                f"{', '.join(self.senses) or 'what it feels'}"
             )
-        return [count // several] * several
+        return widths
 
 
 def differences(function: Callable[[Array], Array], steps: Array) -> Array:

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import final
+from typing import Any, ClassVar, final
 
 from acalx.options import keep, require_switch
 from acalx.quantities.parameter import Parameter
 from acalx.quantities.stimulus import EARTH_RATE
-from acalx.sensors.base import Channel
+from acalx.sensors.base import Channel, suits
 from acalx.sensors.polynomial import Polynomial, Term, three_of
 from acalx.sensors.triads import GROUPS, axis_terms, require_triad, triangular_terms
 
@@ -50,6 +50,7 @@ class GyroTriad(Polynomial):
     Source: IEEE Std 1431-2004 for the terms.
     """
 
+    usual: ClassVar[Mapping[str, Any]] = suits(stand="rate_table")
     matrix: str = "full"
     g_sensitivity: bool = True
     noise_deg_s: float | Sequence[float] = 1.0
@@ -92,6 +93,11 @@ class GyroTriad(Polynomial):
         if not self.g_sensitivity:
             return []
         return [
-            Term(Parameter(f"g_sensitivity_{axis}{other}", "g_sensitivity", "deg/s/g"), f"f{other}", 1.0, channel)
+            Term(
+                Parameter(f"g_sensitivity_{axis}{other}", "g_sensitivity", "deg/s/g", scatter=0.05),
+                f"f{other}",
+                1.0,
+                channel,
+            )
             for other in "xyz"
         ]

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import final
+from typing import Any, ClassVar, final
 
 from acalx.options import keep
-from acalx.sensors.base import Channel
+from acalx.sensors.base import Channel, suits
 from acalx.sensors.polynomial import Polynomial, Term, three_of
 from acalx.sensors.triads import GROUPS, axis_terms, require_triad, triangular_terms
 
@@ -43,6 +43,7 @@ class MagnetometerTriad(Polynomial):
     Source: Gebre-Egziabher, Elkaim, Powell, Parkinson, J. Aerosp. Eng. 19(2), 2006, 87-102.
     """
 
+    usual: ClassVar[Mapping[str, Any]] = suits(stand="magnetic_table")
     matrix: str = "triangular"
     noise_field: float | Sequence[float] = 1.0
 

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import final
+from typing import Any, ClassVar, final
 
 from acalx.quantities.parameter import Parameter
-from acalx.sensors.base import Channel
+from acalx.sensors.base import Channel, suits
 from acalx.sensors.polynomial import Polynomial, Term, require_axis, require_noise
 
 __all__ = ["PlatformAccel"]
+
+# Magnitudes as in simulations of Wang et al. (2016).
+_SCATTER = {"bias": 5e-5, "scale": 5e-5, "misalignment": 1.5e-4}
 
 
 @final
@@ -38,6 +42,7 @@ class PlatformAccel(Polynomial):
     Source: Wang, Wang, Shen, Qin, J. Chin. Inert. Technol. 24(5), 2016, 583-588.
     """
 
+    usual: ClassVar[Mapping[str, Any]] = suits(stand="platform_gimbals")
     axis: str = "x"
     noise_g: float = 1.0
 
@@ -62,7 +67,7 @@ class PlatformAccel(Polynomial):
         others = [(own + 1) % 3, (own + 2) % 3]
 
         def term(name: str, group: str, unit: str, *axes: int) -> Term:
-            parameter = Parameter(f"accel_{self.axis}_{name}", f"accel_{group}", unit)
+            parameter = Parameter(f"accel_{self.axis}_{name}", f"accel_{group}", unit, scatter=_SCATTER[group])
             return Term(parameter, tuple(("specific_force", axis) for axis in axes))
 
         return (

@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import final
+from typing import Any, ClassVar, final
 
 from acalx.errors import ArgumentError
 from acalx.quantities.parameter import Parameter
-from acalx.sensors.base import Channel
+from acalx.sensors.base import Channel, suits
 from acalx.sensors.polynomial import Polynomial, Term, require_axis, require_noise
 
 __all__ = ["PlatformGyro"]
 
 _PRODUCTS = ("II", "OO", "SS", "IO", "IS", "OS")
+
+# Magnitudes as in simulations of Wang et al. (2016).
+_SCATTER = {"bias": 0.05, "first_order": 0.25, "second_order": 0.025, "misalignment": 2.5e-3}
 
 
 @final
@@ -51,6 +54,7 @@ class PlatformGyro(Polynomial):
     coefficients; which second-order terms there are is not printed there, hence the option.
     """
 
+    usual: ClassVar[Mapping[str, Any]] = suits(stand="platform_gimbals")
     axis: str = "x"
     second_order: Sequence[str] = ("IS", "SS")
     noise_deg_h: float = 1.0
@@ -84,7 +88,7 @@ class PlatformGyro(Polynomial):
         axes = {letter: (first + k) % 3 for k, letter in enumerate("IOS")}
 
         def term(name: str, group: str, unit: str, quantity: str = "", letters: str = "") -> Term:
-            parameter = Parameter(f"gyro_{self.axis}_{name}", f"gyro_{group}", unit)
+            parameter = Parameter(f"gyro_{self.axis}_{name}", f"gyro_{group}", unit, scatter=_SCATTER[group])
             return Term(parameter, tuple((quantity, axes[letter]) for letter in letters))
 
         return (

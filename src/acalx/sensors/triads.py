@@ -18,6 +18,14 @@ ORDERS = (1, 2, 3)
 _POWERS = {2: ("quadratic", "/{unit}"), 3: ("cubic", "/{unit}^2")}
 PAIRS = ("xy", "xz", "zy")
 GROUPS = ("bias", "scale", "nonorthogonality")
+# How much inexpensive triads differ, in their units; of a bias in any unit but these 1 %.
+_SCATTER = {"scale": 0.01, "nonorthogonality": 0.01, "misalignment": 0.01, "quadratic": 1e-3, "cubic": 1e-3}
+_BIAS = {"g": 0.02, "field": 0.05, "deg/s": 0.5}
+
+
+def _parameter(name: str, group: str, unit: str) -> Parameter:
+    scatter = _BIAS.get(unit, 0.01) if group == "bias" else _SCATTER[group]
+    return Parameter(name, group, unit, scatter=scatter)
 
 
 def require_triad(matrix: object, order: object) -> None:
@@ -34,14 +42,14 @@ def triangular_terms(
     """W = bias + (I + diag(scale) + N) s, N = [[0, xy, xz], [0, 0, 0], [0, zy, 0]]: group by group, axis by axis."""
     terms = [Term(None, letter + axis, factor, k) for k, axis in enumerate("xyz")]
     if "bias" in groups:
-        terms += [Term(Parameter(f"bias_{axis}", "bias", unit), (), 1.0, k) for k, axis in enumerate("xyz")]
+        terms += [Term(_parameter(f"bias_{axis}", "bias", unit), (), 1.0, k) for k, axis in enumerate("xyz")]
     if "scale" in groups:
         terms += [
-            Term(Parameter(f"scale_{axis}", "scale", "1"), letter + axis, factor, k) for k, axis in enumerate("xyz")
+            Term(_parameter(f"scale_{axis}", "scale", "1"), letter + axis, factor, k) for k, axis in enumerate("xyz")
         ]
     if "nonorthogonality" in groups:
         terms += [
-            Term(Parameter(f"nonorthogonality_{pair}", "nonorthogonality", "rad"), letter + pair[1], factor, own)
+            Term(_parameter(f"nonorthogonality_{pair}", "nonorthogonality", "rad"), letter + pair[1], factor, own)
             for pair in PAIRS
             for own in ("xyz".index(pair[0]),)
         ]
@@ -52,10 +60,10 @@ def axis_terms(letter: str, unit: str, axis: str, channel: int, order: int = 1, 
     """One channel of W = bias + (I + diag(scale) + M) s, with a full matrix M of misalignments."""
     return [
         Term(None, letter + axis, factor, channel),
-        Term(Parameter(f"bias_{axis}", "bias", unit), (), 1.0, channel),
-        Term(Parameter(f"scale_{axis}", "scale", "1"), letter + axis, factor, channel),
+        Term(_parameter(f"bias_{axis}", "bias", unit), (), 1.0, channel),
+        Term(_parameter(f"scale_{axis}", "scale", "1"), letter + axis, factor, channel),
         *(
-            Term(Parameter(f"misalignment_{axis}{other}", "misalignment", "rad"), letter + other, factor, channel)
+            Term(_parameter(f"misalignment_{axis}{other}", "misalignment", "rad"), letter + other, factor, channel)
             for other in "xyz"
             if other != axis
         ),
@@ -67,7 +75,7 @@ def _powers(letter: str, unit: str, axis: str, channel: int, order: int, factor:
     """The square, and the cube, of what is felt along an axis, in the unit of the channel."""
     return [
         Term(
-            Parameter(f"{name}_{axis}", name, "1" + per.format(unit=unit)),
+            _parameter(f"{name}_{axis}", name, "1" + per.format(unit=unit)),
             " ".join([letter + axis] * n),
             factor**n,
             channel,

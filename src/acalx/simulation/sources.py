@@ -19,7 +19,8 @@ from acalx.stands import Stand
 __all__ = ["ErrorSources"]
 
 _ARCSEC = math.pi / 180.0 / 3600.0
-_PAPER = {"bias": 1e-4, "scale": 1e-4, "nonorthogonality": 1e-4}
+# Directions of axes have 1e-4 each; a non-orthogonality is a difference of two.
+_PAPER = {"bias": 1e-4, "scale": 1e-4, "nonorthogonality": 1.4142e-4}
 
 
 @final

@@ -41,7 +41,7 @@ class Stand(ABC):
         alpha2_deg``, true where they must not be taken; or where it is, as ``module.function``.
     speed_deg_s : float or sequence of float, degrees per second
         How fast the angles turn, all or each; for the order of visit. Settings that are no angles
-        change meanwhile, in no time of their own.
+        change meanwhile, unless they say how fast.
 
     Raises
     ------
@@ -133,9 +133,9 @@ class Stand(ABC):
 
     @cached_property
     def speeds(self) -> Array:
-        """How fast each setting changes, (d,), in rad/s; infinite where it is no angle."""
+        """How fast each setting changes, (d,), in the SI unit; infinite where that takes no time of its own."""
         angles = np.array([setting.angle for setting in self.settings])
-        speeds = np.full(len(angles), np.inf)
+        speeds = np.array([setting.speed for setting in self.settings])
         speeds[angles] = require_speeds("speed_deg_s", self.speed_deg_s, int(angles.sum()))
         return speeds
 

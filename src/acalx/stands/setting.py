@@ -46,6 +46,7 @@ class Setting:
     step: float | None = None
     periodic: bool = True
     unit: Unit = DEGREE
+    speed: float = math.inf
 
     def __post_init__(self) -> None:
         for name, value in (("lower", self.lower), ("upper", self.upper), ("step", self.step or 0.0)):
@@ -81,12 +82,19 @@ class Setting:
 
     @classmethod
     def in_unit(
-        cls, name: str, limits: Sequence[float], step: float | None, periodic: bool = True, unit: Unit = DEGREE
+        cls,
+        name: str,
+        limits: Sequence[float],
+        step: float | None,
+        periodic: bool = True,
+        unit: Unit = DEGREE,
+        speed: float = math.inf,
     ) -> Setting:
-        """A setting from limits and a step in its unit, as people write them."""
+        """A setting from limits, a step and a speed in its unit, as people write them."""
         lower, upper = require_limits(unit.column(name), limits, unit.plural)
         size = None if step is None else float(unit.read(step))
-        return cls(name, float(unit.read(lower)), float(unit.read(upper)), size, periodic, unit)
+        ends = float(unit.read(lower)), float(unit.read(upper))
+        return cls(name, *ends, size, periodic, unit, float(unit.read(speed)))
 
     @property
     def angle(self) -> bool:

@@ -64,6 +64,13 @@ class TwoAxis(Rotary):
         field = (math.cos(dip) * math.cos(azimuth), math.cos(dip) * math.sin(azimuth), -math.sin(dip))
         return {"specific_force": UP, "magnetic_field": field}
 
+    @property
+    def circumstances(self) -> list[Option]:
+        """Where the field points, where it plays a part."""
+        if self.dip_deg is None:
+            return []
+        return [Option("dip_deg", self.dip_deg), Option("field_azimuth_deg", self.field_azimuth_deg)]
+
     def advice(self, quantity: str) -> tuple[str, Mapping[str, Option]]:
         """The field is there where its dip is given."""
         missing = quantity == "magnetic_field"

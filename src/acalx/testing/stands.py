@@ -6,6 +6,7 @@ import numpy as np
 
 from acalx.errors import CompatibilityError
 from acalx.numerics.arrays import Array
+from acalx.quantities.stimulus import VECTORS, Stimulus
 from acalx.stands import Setting, Stand
 from acalx.testing.rules import (
     STACKS,
@@ -43,16 +44,21 @@ def check_stand(stand: Stand, *, seed: int = 0) -> None:
         require(bool(stand.axes.allows(angles).all()), stand, "random settings are ones that the stand allows")
         stimulus = stand.stimulus(angles)
         require(any(True for _ in stimulus.items()), stand, "stimulus gives one quantity or more")
+        samples = () if stimulus.weights is None else stimulus.weights.shape
+        widths = {name: 3 if name in VECTORS else np.shape(value)[-1] for name, value in stimulus.items()}
         for name, value in stimulus.items():
-            require_shape(stand, f"stimulus.{name}", value, (*shape, 3))
+            require_shape(stand, f"stimulus.{name}", value, (*shape, *samples, widths[name]))
+            require(bool(stimulus.units[name]), stand, f"stimulus says the unit of {name}")
         require_stacked(stand, "stimulus", lambda x: arrays(stand.stimulus(x)), angles)
         turned = angles + 2.0 * np.pi * np.array([s.periodic for s in settings])
         for same in (turned, stand.axes.wrap(turned), stand.axes.wrap(angles)):
             for (name, value), (_, other) in zip(stimulus.items(), stand.stimulus(same).items(), strict=True):
                 require_close(stand, f"a periodic setting a turn on gives the same {name}", other, value, 1e-9)
         exact, numerical = stand.derivative(angles), Stand.derivative(stand, angles)
-        require_derivative(stand, exact, numerical, (*shape, 3, len(settings)))
-        if "specific_force" in stimulus:
+        for name, width in widths.items():
+            alone, wanted = (Stimulus({name: each[name]}) for each in (exact, numerical))
+            require_derivative(stand, alone, wanted, (*shape, *samples, width, len(settings)))
+        if "specific_force" in stimulus and stimulus.weights is None:
             _check_aim(stand, stimulus["specific_force"])
         for program in angles.reshape(-1, N, len(settings))[:1]:
             _check_equivalents(stand, program)

@@ -1,4 +1,4 @@
-"""A sensor read in positions in which what it feels changes."""
+"""Sensors that stand in for others: read along a motion, or without errors."""
 
 from __future__ import annotations
 
@@ -11,23 +11,23 @@ from acalx.quantities.parameter import Parameter
 from acalx.quantities.stimulus import Stimulus
 from acalx.sensors.base import Channel, Sensor
 
-__all__ = ["Averaged"]
+__all__ = ["Averaged", "Faultless"]
 
 
-class Averaged(Sensor):
-    """A sensor whose readings are means over the samples of a known stimulus in each position."""
+class _StandIn(Sensor):
+    """Another sensor, but for what a stand-in says itself."""
 
     def __init__(self, sensor: Sensor, felt: Stimulus) -> None:
         self.sensor, self.samples = sensor, felt
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
-        """Those of the sensor."""
+        """The same as of the sensor itself."""
         return self.sensor.parameters
 
     @property
     def channels(self) -> tuple[Channel, ...]:
-        """Those of the sensor."""
+        """The same as of the sensor itself."""
         return self.sensor.channels
 
     @property
@@ -41,8 +41,12 @@ class Averaged(Sensor):
         return self.sensor.senses
 
     def deviations(self, stimulus: Stimulus) -> Array:
-        """Those of the sensor."""
+        """The same as of the sensor itself."""
         return self.sensor.deviations(stimulus)
+
+
+class Averaged(_StandIn):
+    """A sensor whose readings are means over the samples of a known stimulus in each position."""
 
     def readings(self, parameters: Array, stimulus: Stimulus) -> Array:
         """Means of its readings over the samples, whatever `stimulus` says."""
@@ -58,3 +62,23 @@ class Averaged(Sensor):
         own = values.shape[values.ndim - behind :]
         each = values.reshape((*values.shape[: -1 - behind], -1, len(weights), *own))
         return np.asarray(np.tensordot(each, weights, axes=([each.ndim - behind - 1], [0])))
+
+
+class Faultless(_StandIn):
+    """A sensor without errors in positions whose stimulus is known: what it felt is just that."""
+
+    def felt(self, parameters: Array, readings: Array, known: Stimulus | None = None) -> Stimulus:
+        """The stimulus, which is known here."""
+        return self.samples
+
+    def readings(self, parameters: Array, stimulus: Stimulus) -> Array:
+        """The same as of the sensor itself."""
+        return self.sensor.readings(parameters, stimulus)
+
+    def by_parameters(self, parameters: Array, stimulus: Stimulus) -> Array:
+        """The same as of the sensor itself."""
+        return self.sensor.by_parameters(parameters, stimulus)
+
+    def by_stimulus(self, parameters: Array, stimulus: Stimulus) -> dict[str, Array]:
+        """The same as of the sensor itself."""
+        return self.sensor.by_stimulus(parameters, stimulus)

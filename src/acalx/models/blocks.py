@@ -1,0 +1,42 @@
+"""Information in blocks, where outputs share no parameters with others."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from acalx.numerics.arrays import Array
+from acalx.quantities.information import Information
+from acalx.quantities.parameter import Parameter
+
+__all__ = ["Blocks", "by_blocks", "in_blocks", "touched"]
+
+# Outputs and parameters of each, as indices.
+Blocks = tuple[tuple[np.ndarray, np.ndarray], ...]
+
+
+def in_blocks(blocks: Blocks, regressors: Array, parameters: tuple[Parameter, ...]) -> Information:
+    """Information of programs whose rows (..., n, m, p) are zero outside of the blocks."""
+    p = len(parameters)
+    matrix = np.zeros((*regressors.shape[:-3], p, p))
+    for outputs, numbers in blocks:
+        rows = regressors[..., outputs[:, None], numbers]
+        own = tuple(parameters[number] for number in numbers)
+        matrix[..., numbers[:, None], numbers] = Information.from_regressors(rows, own).matrix
+    return Information(matrix, parameters)
+
+
+def by_blocks(blocks: Blocks, regressors: Array, gradient: Array) -> Array:
+    """2 H G in the blocks, for a gradient G (..., p, p) with respect to the information; zero outside of them."""
+    rows = np.zeros_like(regressors)
+    for outputs, numbers in blocks:
+        own = gradient[..., None, numbers[:, None], numbers]
+        rows[..., outputs[:, None], numbers] = 2.0 * (regressors[..., outputs[:, None], numbers] @ own)
+    return rows
+
+
+def touched(blocks: Blocks, outputs: int, count: int) -> np.ndarray:
+    """Which outputs each parameter shows in, (m, p), as far as blocks say it."""
+    found = np.zeros((outputs, count), dtype=bool)
+    for own, numbers in blocks:
+        found[own[:, None], numbers] = True
+    return found

@@ -1,0 +1,54 @@
+"""Whether a stand lets be compared what is to be."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from acalx.errors import CompatibilityError, Option
+from acalx.models.comparisons import Comparison
+from acalx.quantities.stimulus import Stimulus
+from acalx.sensors.base import Sensor
+
+__all__ = ["check_compared"]
+
+_SLACK = 1e-6
+
+
+def check_compared(sensor: Sensor, comparison: Comparison, stimulus: Stimulus, stand: str) -> None:
+    """Raise CompatibilityError where a comparison can't be had of what is felt on a stand.
+
+    Parameters
+    ----------
+    sensor : Sensor
+    comparison : Comparison
+    stimulus : Stimulus
+        In some positions, with all that the sensor needs.
+    stand : str
+        What messages call it.
+    """
+    outputs = Option("model.comparison", "{_target_: acalx.models.Outputs}", "Outputs()")
+    kind = type(comparison).__name__
+    if comparison.at_once and stimulus.weights is not None:
+        raise CompatibilityError(
+            "what {sensor} feels changes within a position of stand {stand}, of which {kind} needs one: compare its "
+            "readings themselves, {outputs}, or take a stand that is at rest, or does not average",
+            sensor=type(sensor).__name__,
+            stand=stand,
+            kind=kind,
+            outputs=outputs,
+        )
+    for name in comparison.of_length_one(sensor):
+        lengths = np.linalg.norm(stimulus.mean()[name], axis=-1)
+        wrong = np.abs(lengths - 1.0) > _SLACK
+        if wrong.any():
+            raise CompatibilityError(
+                "{kind} takes the length of the {quantity} for 1, but on stand {stand} it is {length:.4g}: compare the "
+                "readings of {sensor} themselves, {outputs}, or lengths that differ, {varies}",
+                kind=kind,
+                quantity=name.replace("_", " "),
+                stand=stand,
+                length=float(lengths[wrong].ravel()[0]),
+                sensor=type(sensor).__name__,
+                outputs=outputs,
+                varies=Option("model.comparison.varies", True),
+            )

@@ -1,0 +1,81 @@
+"""Several triads of accelerometers on one board."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any, ClassVar, final
+
+from acalx.options import require_count
+from acalx.sensors.base import Channel, suits
+from acalx.sensors.polynomial import Polynomial, Term, require_noise
+from acalx.sensors.triads import GROUPS, axis_terms, triangular_terms
+
+__all__ = ["AccelArray"]
+
+
+@final
+@dataclass(frozen=True)
+class AccelArray(Polynomial):
+    """Triads of accelerometers that feel the same specific force: 9 parameters of the first and 12 of each other.
+
+    In the axes of the first, which has a triangular matrix as of `AccelTriad`. The others have full ones, in which
+    their alignment to it is.
+
+    Parameters
+    ----------
+    triads : int
+        How many; 2 or more.
+    noise_g : float, g
+        Standard deviation of a reading.
+
+    Raises
+    ------
+    ArgumentError
+        A number that is none, a noise that is not positive.
+
+    Source: Carlsson, Skog, Jalden, IEEE Sensors J. 21(2), 2021, 1862-1873, for calibration of arrays in place.
+    """
+
+    usual: ClassVar[Mapping[str, Any]] = suits(optimizer="gradient", n=12)
+    triads: int = 4
+    noise_g: float = 1e-3
+
+    def __post_init__(self) -> None:
+        require_count("triads", self.triads)
+        require_noise("noise_g", self.noise_g)
+
+    @property
+    def kind(self) -> str:
+        """Accelerometers: schemes design for them together."""
+        return "accels"
+
+    @property
+    def senses(self) -> tuple[str, ...]:
+        """The specific force, which each triad reads."""
+        return ("specific_force",)
+
+    @cached_property
+    def channels(self) -> tuple[Channel, ...]:
+        """a1x, a1y, a1z, a2x and so on, in g."""
+        return tuple(Channel(f"a{k + 1}{axis}", "g", self.noise_g) for k in range(self.triads) for axis in "xyz")
+
+    @cached_property
+    def terms(self) -> tuple[Term, ...]:
+        """Of one triad after the other."""
+        first = [_of(0, term) for term in triangular_terms("f", "g", GROUPS)]
+        others = (
+            _of(triad, term)
+            for triad in range(1, self.triads)
+            for k, axis in enumerate("xyz")
+            for term in axis_terms("f", "g", axis, k)
+        )
+        return (*first, *others)
+
+
+def _of(triad: int, term: Term) -> Term:
+    """A term of one of the triads, with the names and channels that it has here."""
+    own = term.parameter
+    named = own and replace(own, name=f"triad_{triad + 1}_{own.name}")
+    return replace(term, parameter=named, channel=term.channel + 3 * triad)
