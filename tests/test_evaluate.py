@@ -68,7 +68,10 @@ REFUSED = [
     (("program=length.csv",), ("length.csv, row 3", "1.41421", "length 1")),
     (("program=no_header.csv",), ("no_header.csv", "header")),
     (("progam=angles.csv",), ("progam", "did you mean program?")),
-    (("program=angles.csv", "n=9"), ("n: there is no such option", "criterion, figures, model, program, stand")),
+    (
+        ("program=angles.csv", "n=9"),
+        ("n: there is no such option", "criterion, dwell_s, figures, model, program, stand"),
+    ),
     (("program=angles.csv", "optimizer=de"), ("optimizer: there is no such option",)),
     (("program=angles.csv", "criterion=bogus"), ("criterion=bogus", "d_fair")),
     (("program=angles.csv", "stand.alpha1_deg=[9,1]"), ("stand.alpha1_deg=[9,1]", "lower bound")),

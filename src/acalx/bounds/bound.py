@@ -87,9 +87,13 @@ def bound(problem: Problem) -> Bound:
     Raises
     ------
     CompatibilityError
-        A criterion of which nothing bounds a factor, or several objectives.
+        A criterion of which nothing bounds a factor, several objectives, or a model to which the order matters.
     """
     require_part("problem", problem, Problem)
+    if problem.model.ordered:
+        raise CompatibilityError(
+            f"what model {problem.model.called} reads depends on the order of the positions, and nothing bounds that"
+        )
     found = [
         (weight, factor.label, _of_factor(problem, factor)) for weight, factor in _factors(problem.objective.criterion)
     ]

@@ -35,7 +35,7 @@ def problem_of(config: DictConfig) -> Problem:
         n = int(n)  # 1e9 is a float in YAML
     if n == _AUTO:
         n = model.smallest_n + (0 if fixed is None else len(fixed))
-    return Problem(stand, model, criterion, n, fixed, config.replicates)
+    return Problem(stand, model, criterion, n, fixed, config.replicates, config.dwell_s)
 
 
 def request_of(config: DictConfig) -> Request:

@@ -32,6 +32,7 @@ class EvaluateConfig:
     model: Any = None
     stand: Any = None
     criterion: Any = None
+    dwell_s: Any = 60
     certificate: bool = True
     figures: bool = True
     traceback: bool = False
@@ -47,7 +48,7 @@ def run(config: DictConfig, directory: RunDirectory) -> int:
     directory.remember(model=described(model), stand=described(stand), criterion=described(criterion))
     program = find_program(name)
     directory.remember(n=program.n)
-    evaluation = evaluate(program, stand, model, criterion, certificate=False)
+    evaluation = evaluate(program, stand, model, criterion, certificate=False, dwell_s=config.dwell_s)
     show_program(evaluation)
     record(evaluation, directory)
     parts: dict[str, float] = {}

@@ -98,6 +98,11 @@ class Model(ABC):
         """Number of entries of the rows of a position that are not zero in every position: m p, or fewer."""
         return self.outputs * len(self.parameters)
 
+    @property
+    def ordered(self) -> bool:
+        """Whether the order of the positions matters: where what is read depends on the time since the start."""
+        return "time" in tuple(self.needs)
+
     # ---- what design asks
 
     @abstractmethod
@@ -151,6 +156,8 @@ class Model(ABC):
         """Raise CompatibilityError where the stand does not provide what the model needs, or in another unit."""
         wanted = self.needs if isinstance(self.needs, Mapping) else dict.fromkeys(self.needs)
         for name, unit in wanted.items():
+            if name not in stimulus and name in ("dwell", "time"):
+                continue  # which the program itself tells
             if name not in stimulus:
                 advice, options = stand.advice(name)
                 raise CompatibilityError(
@@ -198,6 +205,10 @@ class Model(ABC):
     def deviations(self, stimulus: Stimulus) -> Array:
         """Standard deviations of the readings, (k,) or (..., n, k)."""
         return np.array([channel.noise for channel in self.channels])
+
+    def shared_noise(self, noise: Array, stimulus: Stimulus) -> Array:
+        """Independent noise (..., n, k) of unit variance as positions share it; by default they share none."""
+        return noise
 
     def residual(self, parameters: Array, readings: Array, known: Stimulus | None) -> tuple[Array, Array]:
         """What parameters leave of the comparison, over its noise, and the rows there.

@@ -209,6 +209,11 @@ class Composite(Model):
         shape = np.broadcast_shapes(*(one.shape[:-1] for one in each))
         return np.concatenate([np.broadcast_to(one, (*shape, one.shape[-1])) for one in each], axis=-1)
 
+    def shared_noise(self, noise: Array, stimulus: Stimulus) -> Array:
+        """The noise of each part as its positions share it."""
+        parts = zip(self.models, self._readings, strict=True)
+        return np.concatenate([model.shared_noise(noise[..., place], stimulus) for model, place in parts], axis=-1)
+
     def residual(self, parameters: Array, readings: Array, known: Stimulus | None) -> tuple[Array, Array]:
         """What parameters leave of the comparison of each part."""
         return self._side_by_side("residual", parameters, readings, known)

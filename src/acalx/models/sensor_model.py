@@ -13,12 +13,13 @@ from acalx.models.base import Model, Noises, noises_of
 from acalx.models.blocks import Blocks, by_blocks, in_blocks, touched
 from acalx.models.checks import check_compared
 from acalx.models.comparisons import Comparison
+from acalx.models.corrected import corrected_of, felt_of
 from acalx.models.polynomial import table_of
 from acalx.models.prior import prior_information
 from acalx.models.standins import Averaged
 from acalx.models.start import generic_least, sphere_start
 from acalx.models.table import Table
-from acalx.models.whitening import flat, whitened
+from acalx.models.whitening import correlated, decorrelated, flat, passed_on, whitened
 from acalx.numerics.arrays import Array
 from acalx.options import keep
 from acalx.quantities.information import Information
@@ -60,8 +61,13 @@ class SensorModel(Model):
 
     @property
     def needs(self) -> Mapping[str, str]:
-        """What the sensor needs, each quantity with its unit."""
-        return self.sensor.needs
+        """What the sensor needs, each quantity with its unit; with noise that positions share the time too."""
+        return self.sensor.needs if self._independent else {**self.sensor.needs, "time": "s"}
+
+    @cached_property
+    def _independent(self) -> bool:
+        """Whether the noise of a position has nothing to do with that of others."""
+        return self.sensor.correlation(np.arange(2.0)) is None
 
     @cached_property
     def outputs(self) -> int:
@@ -94,13 +100,11 @@ class SensorModel(Model):
         super().check(stimulus, stand)
         check_compared(self.sensor, self.comparison, stimulus, type(stand).__name__)
 
-    # ---- design
-
     def regressors(self, stimulus: Stimulus) -> Array:
         """Rows of the comparison for a sensor without errors, over the noise, (..., n, m, p); means over samples."""
         felt = self.in_units(stimulus)
         if self._table is not None:
-            return self._table.rows(felt)
+            return self._decorrelated(felt, self._table.rows(felt))
         at = self.comparison.rows(self.sensor, felt.mean())
         rows = at.rows
         if felt.weights is not None:  # the mean of products, not the product of means
@@ -108,7 +112,7 @@ class SensorModel(Model):
             each = slopes.reshape((*slopes.shape[:-3], -1, len(felt.weights), *slopes.shape[-2:]))
             rows = np.einsum("k,...kjp->...jp", felt.weights, each)
             rows = rows if at.by_readings is None else at.by_readings @ rows
-        return whitened(self._noise(felt), at.value, rows, at.by_readings)[1]
+        return self._decorrelated(felt, whitened(self._noise(felt), at.value, rows, at.by_readings)[1])
 
     def derivative(self, stimulus: Stimulus) -> Stimulus:
         """Derivatives of the rows: exact where they are polynomials."""
@@ -118,9 +122,11 @@ class SensorModel(Model):
 
     def pull(self, stimulus: Stimulus, rows: Array) -> Stimulus:
         """From a gradient with respect to the rows, (..., n, m, p), to the stimulus."""
+        felt = self.in_units(stimulus)
+        rows = self._decorrelated(felt, rows, back=True)
         if self._table is None:
             return super().pull(stimulus, rows)
-        return self._from_units(self._table.pull(self.in_units(stimulus), rows), stimulus)
+        return self._from_units(self._table.pull(felt, rows), stimulus)
 
     def information_of(self, regressors: Array) -> Information:
         """Information of programs whose rows are there already: block by block where outputs share no parameters."""
@@ -139,8 +145,6 @@ class SensorModel(Model):
         """1 / sd^2 of what is known of each parameter before, (p,)."""
         return prior_information(self.prior, self.parameters)
 
-    # ---- simulation and estimation
-
     @property
     def channels(self) -> tuple[Channel, ...]:
         """Those of the sensor."""
@@ -149,7 +153,8 @@ class SensorModel(Model):
     @property
     def knows(self) -> tuple[str, ...]:
         """What the comparison must know of each position."""
-        return self.comparison.knows(self.sensor)
+        known = self.comparison.knows(self.sensor)
+        return known if self._independent else (*known, "time")
 
     def readings(self, parameters: Array, stimulus: Stimulus) -> Array:
         """What the sensor reads, means over the samples in each position."""
@@ -164,6 +169,11 @@ class SensorModel(Model):
         """Those of the sensor."""
         return self._noise(self.in_units(stimulus))
 
+    def shared_noise(self, noise: Array, stimulus: Stimulus) -> Array:
+        """The noise of positions with the correlations that the sensor says."""
+        felt = stimulus.mean()
+        return noise if self._independent else correlated(self.sensor.correlation(felt["time"][..., 0]), noise)
+
     def residual(self, parameters: Array, readings: Array, known: Stimulus | None) -> tuple[Array, Array]:
         """What parameters leave of the comparison, over its noise."""
         felt = None if known is None else self.in_units(known)
@@ -171,7 +181,11 @@ class SensorModel(Model):
             self._averaged(felt), parameters, readings, None if felt is None else felt.mean()
         )
         sigma = self._noise_of(parameters, readings, felt)
-        return flat(*whitened(sigma, found.value, found.rows, found.by_readings))
+        value, rows = whitened(sigma, found.value, found.rows, found.by_readings)
+        if not self._independent:
+            assert felt is not None  # `knows` says the time
+            value, rows = self._decorrelated(felt, value[..., None])[..., 0], self._decorrelated(felt, rows)
+        return flat(value, rows)
 
     def linearized(self, parameters: Array, readings: Array, known: Stimulus | None) -> tuple[Array, Array]:
         """The same to first order: rows of a sensor without errors, where the attitude is known those of that."""
@@ -198,21 +212,11 @@ class SensorModel(Model):
         others = None if known is None else self.in_units(known).mean()
         if not set(self.corrects_with) <= set(() if others is None else others):
             return None
-        felt = self.sensor.felt(parameters, readings, others)
-        units = dict(self.needs)
-        if not self.comparison.by_length:
-            return Stimulus(dict(felt), units=units)
-        lengths = {name: np.linalg.norm(felt[name], axis=-1, keepdims=True) for name in self.sensor.senses}
-        return Stimulus({**felt, **{name: felt[name] / length for name, length in lengths.items()}}, units=units)
+        return felt_of(self.sensor, self.comparison, parameters, readings, others)
 
     def corrected(self, parameters: Array, readings: Array, known: Stimulus | None) -> Array:
         """Readings as a sensor without errors would have given them."""
-        felt = None if known is None else self.in_units(known).mean()
-        if not self.sensor.senses:
-            assert felt is not None  # `corrects_with` says what it takes
-            nominal = self.sensor.readings(self.nominal, felt)
-            return readings - self.sensor.readings(parameters, felt) + nominal
-        return self.sensor.readings(self.nominal, self.sensor.felt(parameters, readings, felt))
+        return corrected_of(self.sensor, parameters, readings, None if known is None else self.in_units(known).mean())
 
     @property
     def by_length(self) -> bool:
@@ -228,27 +232,21 @@ class SensorModel(Model):
         felt = None if known is None else self.in_units(known).mean()
         by_readings = self.comparison.residual(self.sensor, parameters, readings, felt).by_readings
         sigma = self._noise_of(parameters, readings, felt)
-        if by_readings is None:
-            return np.asarray(own / sigma).reshape(-1)
-        passed = [np.sqrt(((by_readings * each[..., None, :]) ** 2).sum(axis=-1)) for each in (own, sigma)]
-        return np.asarray(passed[0] / passed[1]).reshape(-1)
+        return passed_on(own, sigma, by_readings)
 
     @cached_property
     def noises(self) -> Noises:
         """One for each unit of the channels where their readings themselves are compared; one in all otherwise."""
-        units = dict.fromkeys(channel.unit for channel in self.channels)
-        if len(units) == 1 or self.outputs != len(self.channels):
+        if self.outputs != len(self.channels):
             return super().noises
-        numbers = {unit: k for k, unit in enumerate(units)}
-        of_outputs = np.array([numbers[channel.unit] for channel in self.channels])
+        units = list(dict.fromkeys(channel.unit for channel in self.channels))
+        of_outputs = np.array([units.index(channel.unit) for channel in self.channels])
         return noises_of(of_outputs, touched(self._blocks, self.outputs, len(self.parameters)))
 
     @property
     def corrects_with(self) -> tuple[str, ...]:
         """What the sensor needs and does not sense itself."""
         return tuple(name for name in self.needs if name not in (*self.sensor.senses, *AT_REST))
-
-    # ---- what is worked out once
 
     @cached_property
     def _table(self) -> Table | None:
@@ -271,10 +269,8 @@ class SensorModel(Model):
 
     def _noise_of(self, parameters: Array, readings: Array, known: Stimulus | None) -> Array:
         """The same where part of what is felt follows from the readings only."""
-        if self._fixed_noise is not None:
-            return self._fixed_noise
-        if known is not None and all(name in known for name in self.needs):
-            return self._noise(known)
+        if self._fixed_noise is not None or (known is not None and all(name in known for name in self.needs)):
+            return self._noise(Stimulus() if known is None else known)
         return self._noise(self.sensor.felt(parameters, readings, known))
 
     @cached_property
@@ -293,6 +289,12 @@ class SensorModel(Model):
         if all(factor == 1.0 for factor in factors.values()):
             return gradient
         return gradient.made({name: factors[name] * value for name, value in gradient.items()})
+
+    def _decorrelated(self, felt: Stimulus, rows: Array, *, back: bool = False) -> Array:
+        """Rows (..., n, m, p) over noise that positions share; back: a gradient by such rows."""
+        if self._independent:
+            return rows
+        return decorrelated(self.sensor.correlation(felt.mean()["time"][..., 0]), rows, back=back)
 
     def _averaged(self, felt: Stimulus | None) -> Sensor:
         return self.sensor if felt is None or felt.weights is None else Averaged(self.sensor, felt)

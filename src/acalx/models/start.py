@@ -44,9 +44,13 @@ def generic_least(model: Model, least: int) -> int:
     units = dict(model.needs) if isinstance(model.needs, Mapping) else None
     prior = model.prior_information
     for n in range(least, 3 * least + 1):
-        felt = Stimulus({name: rng.standard_normal((n, width)) for name, width in widths.items()}, units=units)
-        rows = model.regressors(felt).reshape(-1, len(prior))
-        rows = np.concatenate([rows / np.abs(rows).max(axis=0), np.diag(prior > 0.0)])
+        felt = {name: rng.standard_normal((n, width)) for name, width in widths.items()}
+        felt = {name: value if widths[name] > 1 else 1.0 + np.abs(value) for name, value in felt.items()}
+        with np.errstate(all="ignore"):  # a sensor may not bear what no stand does to it
+            rows = model.regressors(Stimulus(felt, units=units)).reshape(-1, len(prior))
+            rows = np.concatenate([rows / np.abs(rows).max(axis=0), np.diag(prior > 0.0)])
+        if not np.isfinite(rows).all():
+            break
         if np.linalg.matrix_rank(rows) == len(prior):
             return n
     return least

@@ -31,9 +31,12 @@ class Optimizer(ABC, Generic[Answer]):
     ----------
     several : bool
         Whether it takes several objectives, and gives their front, rather than one criterion.
+    by_position : bool
+        Whether it looks at what each position shows by itself, so that their order must not matter.
     """
 
     several: ClassVar[bool] = False
+    by_position: ClassVar[bool] = False
 
     def check(self, problem: Problem) -> None:
         """Raise CompatibilityError for a problem that the optimizer can't handle."""
@@ -67,6 +70,8 @@ class Optimizer(ABC, Generic[Answer]):
             `search` gives something else than programs of the problem.
         """
         _check_objectives(self, problem)
+        if problem.model.ordered and (self.by_position or problem.stand.axes.stepped):
+            raise _order_matters(self, problem)
         self.check(problem)
         account = Account(watch)
         try:
@@ -111,6 +116,16 @@ def _interrupted(problem: Problem, account: Account) -> Found:
         return account.front_result("interrupted", f"{said} front so far", canonical)
     best = Solution(canonical(account.best.settings), account.best.loss)
     return account.result("interrupted", f"{said} program so far", (best,))
+
+
+def _order_matters(optimizer: Optimizer[Any], problem: Problem) -> CompatibilityError:
+    return CompatibilityError(
+        "optimizer {name} looks at one position at a time on this stand, but what model {model} reads depends on their "
+        "order; use {gradient} on a stand without steps",
+        name=type(optimizer).__name__,
+        model=problem.model.called,
+        gradient=Option("optimizer", "gradient", "Gradient()"),
+    )
 
 
 def _check_objectives(optimizer: Optimizer[Any], problem: Problem) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import final
+from typing import ClassVar, final
 
 import numpy as np
 
@@ -69,6 +69,7 @@ class Convex(Optimizer[Result]):
     rounding; Yang, Biedermann, Tang, J. Amer. Statist. Assoc. 108 (2013) 1411 for the rounds.
     """
 
+    by_position: ClassVar[bool] = True
     candidates: int = 10_000
     kind: str = "structured"
     solver: str | None = None
@@ -106,7 +107,7 @@ class Convex(Optimizer[Result]):
     def search(self, problem: Problem, rng: np.random.Generator, account: Account) -> Result:
         """Optimal weights of the candidates, roundings of them to n positions, and their polish."""
         positions = problem.stand.axes.candidates(self.candidates, self.kind, rng)
-        candidates = Positions(problem.stand, problem.model, positions)
+        candidates = Positions(problem.stand, problem.model, positions, problem.dwell_s)
         criterion = _concave(problem)
         found, how = self._weights(problem, criterion, candidates)
         rows, settings = candidates.regressors(found.index), candidates.settings[found.index]

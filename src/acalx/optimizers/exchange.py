@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import final
+from typing import ClassVar, final
 
 import numpy as np
 
@@ -56,6 +56,7 @@ class Exchange(Optimizer[Result]):
     (1995) 60; changes of the best: Lourenco, Martin, Stuetzle, Iterated Local Search (2003).
     """
 
+    by_position: ClassVar[bool] = True
     chains: int = 3
     agree: int = 2
     agreement: float = 1e-6

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import final
+from typing import ClassVar, final
 
 import numpy as np
 
@@ -69,6 +69,7 @@ class Traversal(Optimizer[Result]):
     Source: Wang, Wang, Shen, Qin, J. Chin. Inert. Technol. 24(5), 2016, 583-588.
     """
 
+    by_position: ClassVar[bool] = True
     rule: str = "turn"
     starts_deg: Sequence[float] = (0.0, 180.0, 5.0)
     independent_starts: bool = False

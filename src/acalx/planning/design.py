@@ -172,7 +172,7 @@ def design(
     n_most: int = 500,
     orient: Criterion | None = None,
     order: str = "given",
-    dwell_s: float = 60.0,
+    dwell_s: float | None = None,
     certificate: bool | None = None,
     seed: int = 0,
     watch: Watch | None = None,
@@ -183,8 +183,7 @@ def design(
     ----------
     problem : Problem
         Stand, model, criterion or objectives, number of positions, fixed positions.
-    optimizer, scheme, n_most, orient, order, dwell_s, seed
-        As of `Request`, where each is explained.
+    optimizer, scheme, n_most, orient, order, dwell_s, seed : as of `Request`, where each is explained
     target : Target, or mapping of str to float, optional
         Largest standard error of each group that matters, as ``{"bias": 0.5}``: finds the smallest
         number of positions that reaches it. The problem's own n plays no part then.
@@ -216,6 +215,7 @@ def design(
     if several and certificate:
         raise ArgumentError.of("certificate", True, "several objectives have no bound together; ask it of one alone")
     wanted = Target(target) if isinstance(target, Mapping) else target
+    dwell_s = problem.dwell_s if dwell_s is None else dwell_s
     request = Request(optimizer, Joint() if scheme is None else scheme, wanted, n_most, orient, order, dwell_s, seed)
     designed = searched(problem, request, watch)
     if wrong := designed.contradiction(designed.program):
@@ -233,7 +233,8 @@ def searched(problem: Problem, request: Request, watch: Watch | None = None) -> 
             n=Option("n", "NUMBER", "a number"),
         )
     least = request.scheme.smallest_n(problem)
-    check_order(request.order, free=(problem.n if request.target is None else least) - problem.held)
+    free = (problem.n if request.target is None else least) - problem.held
+    check_order(request.order, free=free, ordered=problem.model.ordered)
     if request.orient is not None:
         check_orientation(problem, request.orient, np.random.default_rng(request.seed))
     started = time.perf_counter()

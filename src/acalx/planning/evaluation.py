@@ -16,7 +16,8 @@ from acalx.models import Model, as_model
 from acalx.numerics.arrays import Array
 from acalx.options import require_part, require_switch
 from acalx.planning.metrics import best_published, figures_of_merit
-from acalx.problem import Problem
+from acalx.problem import Problem, Response
+from acalx.problem.parts import check_dwell
 from acalx.programs import Program, find_program
 from acalx.quantities.information import Information
 from acalx.sensors import Sensor
@@ -48,6 +49,7 @@ class Evaluation:
         Numbers of positions, from 1, that the stand can't take.
     certificate : Certificate or None
         None where it was not asked for, or the stand can't take the program.
+    dwell_s : float, s
     """
 
     program: Program
@@ -59,6 +61,7 @@ class Evaluation:
     inestimable: list[str] = field(default_factory=list)
     outside: list[int] = field(default_factory=list)
     certificate: Certificate | None = None
+    dwell_s: float = 60.0
 
     @property
     def status(self) -> str:
@@ -68,7 +71,7 @@ class Evaluation:
     @cached_property
     def problem(self) -> Problem:
         """The problem that the program is an answer to."""
-        return Problem(self.stand, self.model, self.criterion, self.program.n)
+        return Problem(self.stand, self.model, self.criterion, self.program.n, dwell_s=self.dwell_s)
 
     @property
     def loss(self) -> float:
@@ -102,6 +105,7 @@ def evaluate(
     criterion: Criterion | None = None,
     *,
     certificate: bool = True,
+    dwell_s: float = 60.0,
 ) -> Evaluation:
     """Figures of merit of a program, and how far from the best possible it is.
 
@@ -115,6 +119,8 @@ def evaluate(
         By which it is compared; D where none is given.
     certificate : bool
         Whether to bound what any program of as many positions could reach.
+    dwell_s : float, s
+        In each position, for models that ask for it.
 
     Raises
     ------
@@ -134,16 +140,16 @@ def evaluate(
     for name, part, kind in (("stand", stand, Stand), ("criterion", criterion, Criterion)):
         require_part(name, part, kind)
     require_switch("certificate", certificate)
+    check_dwell(model, dwell_s)
     given = _program(program, stand)
     criterion.check(model.parameters)
     settings = given.settings_for(stand)
-    stimulus = stand.stimulus(settings)
-    model.check(stimulus, stand)
-    information = model.information(stimulus)
+    model.check(stand.stimulus(settings), stand)
+    information = Response(stand, model, dwell_s).information(settings)
     allowed = stand.axes.allows(settings, tolerance=_TOLERANCE)
     outside = [int(k) + 1 for k in np.flatnonzero(~allowed)]
     unseen = information.inestimable()
-    evaluation = Evaluation(given, stand, model, criterion, settings, information, unseen, outside)
+    evaluation = Evaluation(given, stand, model, criterion, settings, information, unseen, outside, dwell_s=dwell_s)
     return evaluation.certified() if certificate else evaluation
 
 

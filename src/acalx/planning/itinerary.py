@@ -91,12 +91,14 @@ def itinerary(stand: Stand, settings: Array, order: str, rng: np.random.Generato
     return Itinerary(stand, np.concatenate([settings[:held], ORDERS[order](stand, settings, held, rng)]))
 
 
-def check_order(order: object, dwell_s: object = 0.0, free: int = 0) -> None:
+def check_order(order: object, dwell_s: object = 0.0, free: int = 0, *, ordered: bool = False) -> None:
     """Raise ArgumentError for an order that there isn't, a time that is none, or too many free positions to sort."""
     if not isinstance(order, str) or order not in ORDERS:
         raise ArgumentError.of("order", order, f"the order of visit is {', '.join(ORDERS)}")
     if not is_number(dwell_s) or dwell_s < 0.0:
         raise ArgumentError.of("dwell_s", dwell_s, "give the seconds in each position, 0 or more")
+    if ordered and order != "given":
+        raise ArgumentError.of("order", order, "the model depends on the order of the positions, which must be given")
     if order == "shortest" and free > _MOST_SORTED:
         raise ArgumentError.of("order", order, f"{free} positions are too many to sort; {_MOST_SORTED} are the most")
 

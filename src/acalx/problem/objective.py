@@ -44,22 +44,29 @@ class Response:
     place : Placement
         As a rule a stand.
     model : Model
+    dwell_s : float, s
+        Time in each position, where the model asks for it and the stand does not say.
     """
 
     place: Placement
     model: Model
+    dwell_s: float = 60.0
+
+    def stimulus(self, settings: Array) -> Stimulus:
+        """What is felt in positions (..., n, d), with times where the model needs them."""
+        return self.place.stimulus(settings).timed(self.model.needs, self.dwell_s)
 
     def information(self, settings: Array) -> Information:
         """Information of programs: settings (..., n, d) in rad to matrices (..., p, p)."""
-        return self.model.information(self.place.stimulus(settings))
+        return self.model.information(self.stimulus(settings))
 
     def regressors(self, settings: Array) -> Array:
         """Rows (..., n, m, p) of positions (..., n, d)."""
-        return self.model.regressors(self.place.stimulus(settings))
+        return self.model.regressors(self.stimulus(settings))
 
     def at(self, settings: Array) -> Linearization:
         """Programs (..., n, d), kept with what the chain rule needs."""
-        stimulus = self.place.stimulus(settings)
+        stimulus = self.stimulus(settings)
         return Linearization(self, settings, stimulus, self.model.regressors(stimulus))
 
     def chunk(self, n: int) -> int:
@@ -87,7 +94,8 @@ class Linearization:
         2 H G to the regressors, the model's derivative to the stimulus, the stand's to the settings.
         """
         rows = self.response.model.by_information(self.regressors, gradient)
-        return self.response.place.pull(self.settings, self.response.model.pull(self.stimulus, rows))
+        pulled = self.response.model.pull(self.stimulus, rows)
+        return self.response.place.pull(self.settings, pulled)
 
 
 @dataclass(frozen=True)

@@ -7,16 +7,17 @@ from typing import Any
 
 import numpy as np
 
-from acalx.errors import PluginError, asked
+from acalx.errors import ArgumentError, PluginError, asked
 from acalx.models import Model
 from acalx.numerics.arrays import Array
+from acalx.options import is_number
 from acalx.quantities.stimulus import VECTORS, Stimulus
 from acalx.stands import Stand
 
-__all__ = ["check_parts"]
+__all__ = ["check_dwell", "check_parts"]
 
 
-def check_parts(stand: Stand, model: Model) -> None:
+def check_parts(stand: Stand, model: Model, dwell_s: float) -> None:
     """Look at what a stand gives at the ends of its limits, and what a model makes of it.
 
     Raises
@@ -30,13 +31,23 @@ def check_parts(stand: Stand, model: Model) -> None:
     name = f"{type(stand).__name__}.stimulus"
     stimulus = _felt(name, stand, stand.axes.bounds.T)
     model.check(stimulus, stand)
-    _check_model(model, stimulus, finite=False)
+    _check_model(model, stimulus.timed(model.needs, dwell_s), finite=False)
     if not stand.axes.zones:  # within them the stand may have good reasons
         stimulus = _felt(name, stand, stand.axes.random(np.random.default_rng(0), (2,)))
         for quantity, values in stimulus.items():
             _require_finite(f"{name}: {quantity}", values)
         model.check(stimulus, stand)
-        _check_model(model, stimulus, finite=True)
+        _check_model(model, stimulus.timed(model.needs, dwell_s), finite=True)
+
+
+def check_dwell(model: Model, dwell_s: object) -> None:
+    """Raise ArgumentError for a time in a position that is none, or zero where the model depends on it."""
+    depends = bool({"dwell", "time"} & set(model.needs))
+    if not is_number(dwell_s) or dwell_s < 0.0 or (depends and dwell_s == 0.0):
+        rule = "give the seconds in each position, 0 or more"
+        if depends:
+            rule = f"give the seconds in each position, more than 0, since what {model.called} reads depends on them"
+        raise ArgumentError.of("dwell_s", dwell_s, rule)
 
 
 def _felt(name: str, stand: Stand, settings: Array) -> Stimulus:

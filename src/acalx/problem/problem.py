@@ -14,7 +14,7 @@ from acalx.models import Model, as_model
 from acalx.numerics.arrays import Array
 from acalx.options import is_whole, require_part, require_switch
 from acalx.problem.objective import Objective, Response
-from acalx.problem.parts import check_parts
+from acalx.problem.parts import check_dwell, check_parts
 from acalx.problem.restrictions import Restrictions
 from acalx.quantities.information import Information
 from acalx.quantities.parameter import Parameter
@@ -46,6 +46,8 @@ class Problem:
     replicates : bool
         Whether positions may occur more than once. Otherwise any two differ: by one stop, or where
         the stand has no steps by one degree in what the sensor feels.
+    dwell_s : float, s
+        Time in each position, for models whose noise or readings depend on it.
 
     Raises
     ------
@@ -63,11 +65,14 @@ class Problem:
     n: int
     fixed: Array | None = None
     replicates: bool = True
+    dwell_s: float = 60.0
 
     def __post_init__(self) -> None:
         require_part("stand", self.stand, Stand)
         object.__setattr__(self, "model", as_model(self.model))
         require_part("criterion", self.criterion, (Criterion, Objectives))
+        check_dwell(self.model, self.dwell_s)
+        check_parts(self.stand, self.model, self.dwell_s)
         _check_n(self.n, self.model)
         object.__setattr__(self, "n", int(self.n))
         object.__setattr__(self, "replicates", require_switch("replicates", self.replicates))
@@ -79,12 +84,11 @@ class Problem:
                 f"n counts them too, so give n={self.held + 1} or more"
             )
         self.criterion.check(self.model.parameters)
-        check_parts(self.stand, self.model)
 
     @property
     def _asked(self) -> tuple[object, ...]:
         fixed = None if self.fixed is None else (self.fixed.shape, self.fixed.tobytes())
-        return self.stand, self.model, self.criterion, self.n, fixed, self.replicates
+        return self.stand, self.model, self.criterion, self.n, fixed, self.replicates, self.dwell_s
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Problem) and self._asked == other._asked
@@ -115,7 +119,7 @@ class Problem:
     @cached_property
     def response(self) -> Response:
         """What settings show of the parameters."""
-        return Response(self.stand, self.model)
+        return Response(self.stand, self.model, self.dwell_s)
 
     @cached_property
     def objective(self) -> Objective:
@@ -136,7 +140,8 @@ class Problem:
     @cached_property
     def restrictions(self) -> Restrictions:
         """Which programs there are to choose from."""
-        return Restrictions(self.stand, tuple(self.model.needs), self.n, self.fixed, self.replicates)
+        feels = tuple(name for name in self.model.needs if name not in ("dwell", "time"))
+        return Restrictions(self.stand, feels, self.n, self.fixed, self.replicates, self.model.ordered)
 
     @cached_property
     def singles(self) -> tuple[Problem, ...]:

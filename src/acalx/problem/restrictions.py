@@ -39,6 +39,8 @@ class Restrictions:
         Positions that must be in the program, the first ones of every one.
     replicates : bool
         Whether positions may occur more than once.
+    ordered : bool
+        Whether the order of the positions matters.
     """
 
     stand: Stand
@@ -46,6 +48,7 @@ class Restrictions:
     n: int
     fixed: Array | None
     replicates: bool
+    ordered: bool = False
 
     @property
     def held(self) -> int:
@@ -175,8 +178,13 @@ class Restrictions:
         return np.asarray(squares < limit**2)
 
     def canonical(self, settings: Array) -> Array:
-        """The same program with whole turns taken off, the fixed positions first, the others sorted by their angles."""
+        """The same program with whole turns taken off, the fixed positions first, the others sorted by their angles.
+
+        In the order that they have where that matters.
+        """
         wrapped = self.stand.axes.wrap(settings[self.held :])
+        if self.ordered:
+            return np.concatenate([settings[: self.held], wrapped])
         order = np.lexsort(np.round(self.stand.axes.written(wrapped), 6).T[::-1])
         return np.concatenate([settings[: self.held], wrapped[order]])
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from types import MappingProxyType
 from typing import final
 
@@ -159,6 +159,29 @@ class Stimulus(Mapping[str, Array]):
             return self
         flat = {name: value.reshape((*value.shape[:-3], -1, value.shape[-1])) for name, value in self.items()}
         return Stimulus(flat, units=self._units)
+
+    def timed(self, needs: Iterable[str], dwell_s: float) -> Stimulus:
+        """The same with the time in each position, and since the start, where they are needed and not told.
+
+        Parameters
+        ----------
+        needs : iterable of str
+            Names of quantities; ``dwell`` and ``time`` are given, each (..., n, 1) in s. The time is that in the middle
+            of a position, one after the other with nothing between.
+        dwell_s : float, s
+            In each position, where the stand does not say.
+        """
+        wanted = [name for name in ("dwell", "time") if name in needs and name not in self]
+        if not wanted:
+            return self
+        some = next(iter(self.values()))
+        shape = some.shape[:-1] if self.weights is None else some.shape[:-2]
+        dwell = self.get("dwell", np.full((*shape, 1), dwell_s))
+        across = dwell if self.weights is None or "dwell" not in self else dwell[..., 0, :]
+        told = {"dwell": across, "time": np.cumsum(across, axis=-2) - 0.5 * across}
+        if self.weights is not None:  # the same throughout a position
+            told = {name: np.repeat(value[..., None, :], len(self.weights), axis=-2) for name, value in told.items()}
+        return self.made({**self, **{name: told[name] for name in wanted}})
 
     def first(self) -> Stimulus:
         """What is felt at the first of the samples, (..., n, width); itself where there are none."""

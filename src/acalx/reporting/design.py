@@ -64,7 +64,7 @@ def draw(designed: Designed, directory: Path) -> None:
                 draw_landscape(survey.numbers, survey.losses, directory, f"landscape_{part.name}")
     else:
         draw_convergence(result.history, directory)
-    entries = {"this program": problem.model.regressors(stimulus)}
+    entries = {"this program": problem.response.regressors(designed.program)}
     if reference is not None:
         entries[reference.name] = problem.response.regressors(reference.settings_for(problem.stand))
     draw_entries(entries, directory)

@@ -44,4 +44,4 @@ def draw(evaluation: Evaluation, directory: Path) -> None:
     stimulus = evaluation.stand.stimulus(evaluation.settings)
     if (vertical := stimulus.vertical()) is not None:
         draw_positions(vertical, directory, evaluation.program.title)
-    draw_entries({evaluation.program.name: evaluation.model.regressors(stimulus)}, directory)
+    draw_entries({evaluation.program.name: evaluation.problem.response.regressors(evaluation.settings)}, directory)

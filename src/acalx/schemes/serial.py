@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, final
 
 import numpy as np
@@ -116,7 +116,7 @@ def _least(problem: Problem, kinds: Mapping[str, Model], given: Mapping[str, int
 
 def _check_served(problem: Problem, name: str, model: Model, settings: Array) -> None:
     """Raise AcalxError where the positions that are there do not show all the parameters of a kind."""
-    unseen = model.information(problem.stand.stimulus(settings)).inestimable()
+    unseen = replace(problem.response, model=model).information(settings).inestimable()
     if unseen:
         raise AcalxError(
             f"positions: {name}=0, but the {len(settings)} positions before can't see {'; '.join(unseen)}; "

@@ -127,6 +127,13 @@ class Sensor(ABC):
         """
         return np.array([channel.noise for channel in self.channels])
 
+    def correlation(self, times: Array) -> Array | None:
+        """Correlations (..., n, n) of the noise between positions at times (..., n) in s; None, the default: none.
+
+        As of a drift that readings share; the same for all channels. The order of the positions then matters.
+        """
+        return None
+
     # ---- what follows, and may be given exactly
 
     @property

@@ -61,6 +61,8 @@ class Campaign:
     seed : int
     shuffled : bool
         Whether each trial visits the positions in a random order of its own; matters with drift.
+    dwell_s : float, s
+        In each position, for models that ask for it.
 
     Raises
     ------
@@ -74,9 +76,10 @@ class Campaign:
     sources: ErrorSources
     seed: int
     shuffled: bool = False
+    dwell_s: float = 60.0
 
     def __post_init__(self) -> None:
-        self.model.check(self.stand.stimulus(self.settings), self.stand)
+        self.model.check(self.nominal, self.stand)
         self.sources.check(self.model, self.stand)
 
     @property
@@ -87,7 +90,7 @@ class Campaign:
     @cached_property
     def nominal(self) -> Stimulus:
         """What a sensor feels where nothing goes wrong, arrays (n, width)."""
-        return self.stand.stimulus(self.settings)
+        return self._timed(self.stand.stimulus(self.settings))
 
     @property
     def channels(self) -> int:
@@ -115,7 +118,8 @@ class Campaign:
             true = true.made({**true, "specific_force": _along(factor, true) * true["specific_force"]})
         readings = self.model.readings(parameters, true)
         deviations = self.model.deviations(true)
-        readings = readings + (sources.noise * deviations) * draw("noise", self.n, self.channels)
+        noise = self.model.shared_noise(draw("noise", self.n, self.channels), true)
+        readings = readings + (sources.noise * deviations) * noise
         if sources.drift:
             readings += self._warming_up(draw("order", self.n)) * (deviations * draw("drift", 1, self.channels))
         return Trials(parameters, readings, known)
@@ -127,7 +131,10 @@ class Campaign:
         return self.sources.installation(draw("installation", len(self.stand.axis_errors)))
 
     def _installed(self, off: Array) -> Stimulus:
-        return self.stand.misaligned(self.settings, off[:, None, :])
+        return self._timed(self.stand.misaligned(self.settings, off[:, None, :]))
+
+    def _timed(self, stimulus: Stimulus) -> Stimulus:
+        return stimulus.timed(self.model.needs, self.dwell_s)
 
     def _warming_up(self, order: Array) -> Array:
         """The drift of a unit start at each position, (n, 1) or (T, n, 1)."""

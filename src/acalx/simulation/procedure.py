@@ -14,6 +14,7 @@ from acalx.models import Model, as_model
 from acalx.numerics.arrays import Array
 from acalx.options import require_part, require_seed
 from acalx.planning.itinerary import Itinerary, check_order, itinerary
+from acalx.problem.parts import check_dwell
 from acalx.programs import Program, find_program
 from acalx.sensors import Sensor
 from acalx.simulation.campaign import Campaign
@@ -124,11 +125,12 @@ def simulate(
     estimator = default_estimator(model) if estimator is None else estimator
     require_part("estimator", estimator, Estimator)
     require_seed(seed)
-    check_order(order, dwell_s)
+    check_order(order, dwell_s, ordered=model.ordered)
+    check_dwell(model, dwell_s)
     outcomes, itineraries = {}, {}
     for name, settings in _settings_of(programs, stand).items():
         itineraries[name] = visit = itinerary(stand, settings, order, np.random.default_rng(seed))
-        campaign = Campaign(model, stand, visit.settings, errors, seed, order == "random")
+        campaign = Campaign(model, stand, visit.settings, errors, seed, order == "random", dwell_s)
         outcomes[name] = run_campaign(campaign, estimator, trials, name, confidence)
     return Simulated(outcomes, itineraries, model, stand, errors, estimator, trials, order, dwell_s, confidence, seed)
 

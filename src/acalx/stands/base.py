@@ -101,6 +101,8 @@ class Stand(ABC):
         derivative = self.derivative(settings)
         total = np.zeros(settings.shape)
         for name, feels in gradient.items():
+            if name not in derivative:  # of the program itself, as the time
+                continue
             pulled = (feels[..., None, :] @ derivative[name])[..., 0, :]
             total += pulled if gradient.weights is None else pulled.sum(axis=-2)
         return total

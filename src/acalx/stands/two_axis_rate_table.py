@@ -120,7 +120,7 @@ class TwoAxisRateTable(Rotary):
         total = np.zeros(at.shape)
         slopes = self._slopes(at)
         for name, feels in gradient.items():
-            for k, parts in enumerate(slopes[name]):
+            for k, parts in enumerate(slopes.get(name, ())):
                 for j, part in enumerate(parts):
                     if part is not None:
                         total[..., k] += feels[..., j] * part

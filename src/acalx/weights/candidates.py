@@ -109,11 +109,14 @@ class Positions(Candidates):
     stand : Stand
     model : Model
     settings : array (N, d) or Grid, in rad
+    dwell_s : float, s
+        In each position, for models that ask for it.
     """
 
     stand: Stand
     model: Model
     settings: Array | Grid
+    dwell_s: float = 60.0
 
     def __len__(self) -> int:
         return len(self.settings)
@@ -131,6 +134,6 @@ class Positions(Candidates):
     def regressors(self, index: slice | np.ndarray) -> Array:
         """Regressors (k, m, p) of the model at what the stand lets the sensor feel."""
         settings = np.asfortranarray(self.settings[index])
-        rows = self.model.regressors(self.stand.stimulus(settings))
+        rows = self.model.regressors(self.stand.stimulus(settings).timed(self.model.needs, self.dwell_s))
         allowed = self.stand.axes.allows(settings)
         return rows if allowed.all() else np.where(allowed[:, None, None], rows, 0.0)
