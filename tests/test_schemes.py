@@ -11,7 +11,8 @@ import pytest
 from acalx.bounds import bound
 from acalx.criteria import A, D, Inequality, Objectives, Target
 from acalx.errors import AcalxError, ArgumentError, CompatibilityError, NoProgramError
-from acalx.models import Joined, Platform, ScalarAccel, VectorAccel
+from acalx.estimation import Iterated
+from acalx.models import Compared, Joined, Platform, ScalarAccel, VectorAccel, as_model, parts_of
 from acalx.optimizers import Gradient, Optimizer, Traversal
 from acalx.planning.smallest import Smallest, smallest_program
 from acalx.problem import Problem
@@ -21,8 +22,8 @@ from acalx.schemes import Composed, Joint, Parallel, Scheme, Serial
 from acalx.schemes.base import kinds_of
 from acalx.search.account import Account
 from acalx.search.result import Result, Solution
-from acalx.sensors import PlatformGyro
-from acalx.stands import PlatformGimbals, TwoAxis
+from acalx.sensors import IMU, MagnetometerTriad, PlatformGyro
+from acalx.stands import PlatformGimbals, TwoAxis, TwoAxisRateTable
 from acalx.testing import check_optimizer
 from command import assert_refused, run, together
 
@@ -367,3 +368,61 @@ def test_commands(tmp_path):
 )
 def test_bad_command_lines(tmp_path, arguments, phrases):
     assert_refused(run(tmp_path, *arguments, "figures=false"), *phrases)
+
+
+# ---------------------------------------------------------------- any model of several sensors
+
+
+TWO = Joined({"accel": VectorAccel(), "field": Compared(MagnetometerTriad("full"))})
+
+
+@pytest.mark.parametrize(
+    ("model", "stand", "kinds", "n"),
+    [
+        (as_model(IMU()), TwoAxisRateTable(), ("accels", "gyros"), 24),
+        (TWO, TwoAxis(dip_deg=60, field_azimuth_deg=90), ("accels", "magnetometers"), 12),
+    ],
+    ids=["imu", "joined"],
+)
+@pytest.mark.parametrize("scheme", [Parallel(), Serial()], ids=lambda scheme: type(scheme).__name__)
+def test_any_model_of_several_sensors_is_designed_for_in_parts(model, stand, kinds, n, scheme):
+    problem = Problem(stand, model, D(), n)
+    composed = scheme.solve(problem, Gradient(starts=4), np.random.default_rng(0))
+    assert tuple(part.name for part in composed.parts) == kinds
+    assert np.isfinite(composed.result.best.loss)
+    joint = Gradient(starts=4).solve(problem, np.random.default_rng(0))
+    assert len(composed.result.program) <= n
+    if len(composed.result.program) == n:
+        assert joint.best.loss <= composed.result.best.loss + 1e-9
+    names = [parameter.name for part in parts_of(problem.model) for parameter in part.parameters]
+    assert names == [parameter.name for parameter in model.parameters]
+
+
+def test_models_with_the_same_names_join_by_names_of_their_own():
+    names = [parameter.name for parameter in TWO.parameters]
+    assert names[:2] == ["accel_bias_x", "accel_scale_x"]
+    assert {parameter.group for parameter in TWO.parameters} >= {"accel_bias", "field_bias"}
+    assert [channel.name for channel in TWO.channels] == [f"accel_a{a}" for a in "xyz"] + [f"field_m{a}" for a in "xyz"]
+    with pytest.raises(ArgumentError, match=r"joined models have the same parameters: bias_x, .*give names"):
+        Joined([VectorAccel(), Compared(MagnetometerTriad("full"))])
+    with pytest.raises(ArgumentError, match=r"common=.*none of the parts has a parameter lean"):
+        Joined({"a": VectorAccel(), "b": VectorAccel()}, common=["lean"])
+
+
+def test_a_parameter_that_parts_share_is_one():
+    both = Joined({"a": VectorAccel(), "b": VectorAccel()}, common=["bias_x", "bias_y", "bias_z"])
+    assert len(both.parameters) == 21
+    rng, table = np.random.default_rng(0), TwoAxis()
+    felt = table.stimulus(table.axes.random(rng, (5,)))
+    rows = VectorAccel().regressors(felt)
+    assert both.regressors(felt).shape == (5, 6, 21)
+    information = both.information(felt)
+    whole = both.regressors(felt).reshape(30, 21)
+    np.testing.assert_allclose(information.matrix, whole.T @ whole, atol=1e-12)
+    truth = 0.01 * rng.standard_normal(21)
+    readings = both.readings(truth, felt)
+    np.testing.assert_allclose(Iterated().estimate(both, readings, felt).parameters, truth, atol=1e-12)
+    assert float(information.variances[0]) == pytest.approx(float(np.linalg.inv(whole.T @ whole)[0, 0]))
+    assert rows.shape == (5, 3, 12)
+    with pytest.raises(CompatibilityError, match="one kind only"):
+        Parallel().solve(Problem(table, both, D(), 8), Gradient(starts=2), np.random.default_rng(0))

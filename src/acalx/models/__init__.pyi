@@ -11,6 +11,8 @@ from .composite import Composite as Composite
 from .gyro_rate_table import GyroRateTable as GyroRateTable
 from .gyro_turns import GyroTurns as GyroTurns
 from .joined import Joined as Joined
+from .named import Named as Named
+from .named import parts_of as parts_of
 from .platform import Platform as Platform
 from .scalar_accel import ScalarAccel as ScalarAccel
 from .scalar_accel_quadratic import ScalarAccelQuadratic as ScalarAccelQuadratic

@@ -84,6 +84,11 @@ class Model(ABC):
         return type(self).__name__
 
     @property
+    def by_kind(self) -> tuple[Model, ...]:
+        """The model taken apart by kinds of sensors, in the order of its parameters; itself where it is of one kind."""
+        return (self,)
+
+    @property
     def degree(self) -> int | None:
         """Degree of the regressors as polynomials in the stimulus; None if they are none."""
         return None

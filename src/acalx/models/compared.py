@@ -12,6 +12,7 @@ from acalx.models.comparisons import Comparison, Outputs
 from acalx.models.sensor_model import SensorModel
 from acalx.options import require_part
 from acalx.sensors.base import Sensor
+from acalx.sensors.polynomial import Part, Polynomial
 
 __all__ = ["Compared", "as_model", "compared_by"]
 
@@ -46,6 +47,21 @@ class Compared(SensorModel):
         require_part("comparison", self.comparison, Comparison)
         _check_sensor(self.sensor)
         self._compare(self.sensor, self.comparison)
+
+    @property
+    def by_kind(self) -> tuple[Model, ...]:
+        """A model of each kind of sensors in it, where they share no parameters and the readings are compared."""
+        kinds, sensor = self.sensor.parts, self.sensor
+        if len(kinds) == 1 or not isinstance(sensor, Polynomial) or not isinstance(self.comparison, Outputs):
+            return (self,)
+        parts = [Part(sensor, tuple(numbers), kind) for kind, numbers in kinds.items()]
+        names = [{parameter.name for parameter in part.parameters} for part in parts]
+        if sum(map(len, names)) > len(self.parameters):
+            return (self,)
+        groups = {parameter.name: parameter.group for parameter in self.parameters}
+        own = [{**names_of, **{groups[name]: None for name in names_of}} for names_of in map(dict.fromkeys, names)]
+        priors = [{name: sd for name, sd in self.prior.items() if name in known} for known in own]
+        return tuple(Compared(part, prior=prior) for part, prior in zip(parts, priors, strict=True))
 
     @property
     def usual(self) -> Mapping[str, Any]:  # type: ignore[override]

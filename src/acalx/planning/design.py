@@ -210,13 +210,13 @@ def design(
     """
     require_part("problem", problem, Problem)
     several = len(problem.singles) > 1
-    if certificate is not None:
-        require_switch("certificate", certificate)
+    require_switch("certificate", certificate is not None and certificate)
     if several and certificate:
         raise ArgumentError.of("certificate", True, "several objectives have no bound together; ask it of one alone")
     wanted = Target(target) if isinstance(target, Mapping) else target
-    dwell_s = problem.dwell_s if dwell_s is None else dwell_s
-    request = Request(optimizer, Joint() if scheme is None else scheme, wanted, n_most, orient, order, dwell_s, seed)
+    whole = Joint() if scheme is None else scheme
+    problem = problem if dwell_s is None else replace(problem, dwell_s=dwell_s)
+    request = Request(optimizer, whole, wanted, n_most, orient, order, problem.dwell_s, seed)
     designed = searched(problem, request, watch)
     if wrong := designed.contradiction(designed.program):
         raise PluginError(wrong)

@@ -192,4 +192,6 @@ class Restrictions:
 def _flat(stimulus: Stimulus, name: str) -> Array:
     """A quantity (..., n, w), its samples side by side."""
     value = stimulus[name]
-    return value if stimulus.weights is None else value.reshape((*value.shape[:-2], -1))
+    if stimulus.weights is None:
+        return value
+    return value.reshape((*value.shape[:-2], value.shape[-2] * value.shape[-1]))

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from acalx.errors import ArgumentError, CompatibilityError, Option
-from acalx.models import Composite, Joined, Model
+from acalx.models import Joined, Model, parts_of
 from acalx.numerics.arrays import Array
 from acalx.optimizers import Optimizer
 from acalx.problem import Problem
@@ -107,7 +107,7 @@ def kinds_of(scheme: Scheme, problem: Problem) -> dict[str, Model]:
     """
     name, joint = scheme.option, Option("scheme", "joint", "Joint()")
     found: dict[str, list[Model]] = {}
-    for model in _single(problem.model):
+    for model in parts_of(problem.model):
         found.setdefault(model.kind, []).append(model)
     if len(found) == 1:
         raise CompatibilityError(
@@ -160,9 +160,3 @@ def joined_result(problem: Problem, settings: Array, message: str, parts: Sequen
     loss = float(problem.loss(settings))
     history = [(evaluations, seconds, loss)]
     return Result(status, message, evaluations, seconds, history, (Solution(settings, loss),))
-
-
-def _single(model: Model) -> list[Model]:
-    if not isinstance(model, Composite):
-        return [model]
-    return [single for part in model.models for single in _single(part)]

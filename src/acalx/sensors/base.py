@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any, ClassVar, final
@@ -118,6 +118,11 @@ class Sensor(ABC):
     def kind(self) -> str:
         """What sensors like it are called; those of a kind are designed for together."""
         return type(self).__name__
+
+    @property
+    def parts(self) -> Mapping[str, Sequence[int]]:
+        """Channels by the kind of sensor that they are of, where there are several in one; by default one of all."""
+        return {self.kind: range(len(self.channels))}
 
     def deviations(self, stimulus: Stimulus) -> Array:
         """Standard deviations of the readings, (k,), or (..., n, k) where they depend on what is felt.

@@ -73,6 +73,11 @@ class IMU(Polynomial):
         return "imu"
 
     @property
+    def parts(self) -> Mapping[str, Sequence[int]]:
+        """Accelerometers and gyros, which schemes may design for one after the other."""
+        return {"accels": range(3), "gyros": range(3, 6)}
+
+    @property
     def senses(self) -> tuple[str, ...]:
         """The specific force and the rate, where the unit does not turn ever faster."""
         return ("specific_force", "angular_rate")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from types import MappingProxyType
 from typing import final
@@ -18,7 +18,7 @@ from acalx.quantities.parameter import Parameter
 from acalx.quantities.stimulus import UNITS_OF, Stimulus
 from acalx.sensors.base import Channel, Sensor
 
-__all__ = ["Factors", "Polynomial", "Term", "require_axis", "require_noise"]
+__all__ = ["Factors", "Part", "Polynomial", "Term", "require_axis", "require_noise"]
 
 Factors = tuple[tuple[str, int], ...]
 
@@ -151,6 +151,45 @@ class Polynomial(Sensor):
                 others = product[:i] + product[i + 1 :]
                 slopes[quantity][..., channel, component] += size * multiplied(factor, others, stimulus)
         return slopes
+
+
+@final
+@dataclass(frozen=True)
+class Part(Polynomial):
+    """Some channels of a sensor by themselves, with the parameters that show in them.
+
+    Parameters
+    ----------
+    whole : Polynomial
+    numbers : tuple of int
+        Of its channels.
+    name : str
+        Of the kind of sensors that they are.
+    """
+
+    whole: Polynomial
+    numbers: tuple[int, ...]
+    name: str
+
+    @property
+    def kind(self) -> str:
+        """As it was given."""
+        return self.name
+
+    @property
+    def channels(self) -> tuple[Channel, ...]:
+        """Those of the numbers."""
+        return tuple(self.whole.channels[number] for number in self.numbers)
+
+    @cached_property
+    def terms(self) -> tuple[Term, ...]:
+        """Those in these channels."""
+        places = {number: k for k, number in enumerate(self.numbers)}
+        return tuple(replace(t, channel=places[t.channel]) for t in self.whole.terms if t.channel in places)
+
+    def deviations(self, stimulus: Stimulus) -> Array:
+        """Those of the channels."""
+        return np.asarray(self.whole.deviations(stimulus))[..., list(self.numbers)]
 
 
 def multiplied(factor: float, product: Factors, stimulus: Stimulus) -> Array | float:

@@ -103,8 +103,7 @@ def simulate(
         `default_estimator` where it is not given.
     order : str
         Of visit, which matters with drift: ``given``, ``random`` (anew in each trial), ``shortest``.
-    dwell_s : float, s
-        In each position, for the total time.
+    dwell_s : float, s, in each position
     confidence : float
         Of limits, intervals and verdicts.
     seed : int
