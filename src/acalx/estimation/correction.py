@@ -113,7 +113,7 @@ class ModelCorrection:
     def formula(self) -> str:
         """What is done, in words."""
         units = ", ".join(dict.fromkeys(self.units))
-        return f"corrected readings in {units}: what a {self.model.called} without errors would have read"
+        return f"corrected readings in {units}: those that {self.model.called} would have given without errors"
 
     def entries(self) -> dict[str, Any]:
         """What is to be known of it; the parameters are in the same file."""

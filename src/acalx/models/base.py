@@ -165,6 +165,9 @@ class Model(ABC):
                 continue  # which the program itself tells
             if name not in stimulus:
                 advice, options = stand.advice(name)
+                suited = self.usual.get("stand")
+                if not advice and suited:
+                    advice, options = "; use {suited}", {"suited": Option("stand", suited)}
                 raise CompatibilityError(
                     "model {model} needs the {quantity}, which stand {stand} does not provide" + advice,
                     model=self.called,

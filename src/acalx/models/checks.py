@@ -26,16 +26,14 @@ def check_compared(sensor: Sensor, comparison: Comparison, stimulus: Stimulus, s
     stand : str
         What messages call it.
     """
-    outputs = Option("model.comparison", "{_target_: acalx.models.Outputs}", "Outputs()")
     kind = type(comparison).__name__
     if comparison.at_once and stimulus.weights is not None:
         raise CompatibilityError(
             "what {sensor} feels changes within a position of stand {stand}, of which {kind} needs one: compare its "
-            "readings themselves, {outputs}, or take a stand that is at rest, or does not average",
+            "readings themselves, by Outputs, or take a stand that is at rest, or does not average",
             sensor=type(sensor).__name__,
             stand=stand,
             kind=kind,
-            outputs=outputs,
         )
     for name in comparison.of_length_one(sensor):
         lengths = np.linalg.norm(stimulus.mean()[name], axis=-1)
@@ -43,12 +41,11 @@ def check_compared(sensor: Sensor, comparison: Comparison, stimulus: Stimulus, s
         if wrong.any():
             raise CompatibilityError(
                 "{kind} takes the length of the {quantity} for 1, but on stand {stand} it is {length:.4g}: compare the "
-                "readings of {sensor} themselves, {outputs}, or lengths that differ, {varies}",
+                "readings of {sensor} themselves, by Outputs, or lengths that differ, {varies}",
                 kind=kind,
                 quantity=name.replace("_", " "),
                 stand=stand,
                 length=float(lengths[wrong].ravel()[0]),
                 sensor=type(sensor).__name__,
-                outputs=outputs,
                 varies=Option("model.comparison.varies", True),
             )

@@ -26,7 +26,7 @@ class Compared(SensorModel):
     ----------
     sensor : Sensor
     comparison : Comparison
-    prior : mapping of str to float
+    prior : mapping of str to float, optional
         Standard deviations of parameters, or of all of a group, before anything is measured, by name, in
         their unit: information that is there already.
 
@@ -60,7 +60,7 @@ class Compared(SensorModel):
             return (self,)
         groups = {parameter.name: parameter.group for parameter in self.parameters}
         own = [{**names_of, **{groups[name]: None for name in names_of}} for names_of in map(dict.fromkeys, names)]
-        priors = [{name: sd for name, sd in self.prior.items() if name in known} for known in own]
+        priors = [{name: sd for name, sd in (self.prior or {}).items() if name in known} for known in own]
         return tuple(Compared(part, prior=prior) for part, prior in zip(parts, priors, strict=True))
 
     @property

@@ -36,7 +36,7 @@ class SensorModel(Model):
 
     Parameters
     ----------
-    prior : mapping of str to float
+    prior : mapping of str to float, optional
         Standard deviations of parameters, or of all of a group, before anything is measured, by name, in
         their unit: information that is there already.
     """
@@ -44,7 +44,7 @@ class SensorModel(Model):
     sensor: Sensor = field(init=False, repr=False, compare=False)
     comparison: Comparison = field(init=False, repr=False, compare=False)
     _: KW_ONLY
-    prior: Mapping[str, float] = field(default_factory=dict)
+    prior: Mapping[str, float] | None = None
 
     def _compare(self, sensor: Sensor, comparison: Comparison) -> None:
         """What a model without these as options has in their place; looks at the prior too."""
@@ -143,7 +143,7 @@ class SensorModel(Model):
     @cached_property
     def prior_information(self) -> Array:
         """1 / sd^2 of what is known of each parameter before, (p,)."""
-        return prior_information(self.prior, self.parameters)
+        return prior_information(self.prior or {}, self.parameters)
 
     @property
     def channels(self) -> tuple[Channel, ...]:

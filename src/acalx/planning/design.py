@@ -20,6 +20,7 @@ from acalx.planning.contradictions import contradiction
 from acalx.planning.defaults import default_optimizer
 from acalx.planning.itinerary import Itinerary, check_order, itinerary
 from acalx.planning.metrics import best_published, figures_of_merit
+from acalx.planning.mixed_units import mixed_units
 from acalx.planning.orientation import Orientation, check_orientation, orient
 from acalx.planning.smallest import Smallest, smallest_program
 from acalx.problem import Problem
@@ -128,6 +129,12 @@ class Designed:
     def metrics(self) -> dict[str, Any]:
         """All figures of merit of the program (see `acalx.figures_of_merit`)."""
         return figures_of_merit(self.problem.information(self.program))
+
+    @property
+    def remarks(self) -> list[str]:
+        """What somebody who relies on the program should know beside its figures."""
+        mixed = mixed_units(self.problem)
+        return [mixed] if mixed else []
 
     @cached_property
     def reference(self) -> Program | None:

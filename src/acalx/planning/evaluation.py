@@ -16,6 +16,7 @@ from acalx.models import Model, as_model
 from acalx.numerics.arrays import Array
 from acalx.options import require_part, require_switch
 from acalx.planning.metrics import best_published, figures_of_merit
+from acalx.planning.mixed_units import mixed_units
 from acalx.problem import Problem, Response
 from acalx.problem.parts import check_dwell
 from acalx.programs import Program, find_program
@@ -82,6 +83,12 @@ class Evaluation:
     def metrics(self) -> dict[str, Any]:
         """All figures of merit (see `acalx.figures_of_merit`)."""
         return figures_of_merit(self.information)
+
+    @property
+    def remarks(self) -> list[str]:
+        """What somebody who relies on the figures should know."""
+        mixed = "" if self.inestimable else mixed_units(self.problem)
+        return [mixed] if mixed else []
 
     @cached_property
     def reference(self) -> Program | None:

@@ -91,6 +91,7 @@ def record_result(designed: Designed, directory: RunDirectory, **seconds: float)
         seconds=parts.pop("total", sum(designed.seconds.values())),
         seconds_by_part=parts,
         certificate=None if designed.certificate is None else designed.certificate.entries(),
+        remarks=designed.remarks,
         **_found_entries(designed, written),
     )
     return wrong

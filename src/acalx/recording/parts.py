@@ -8,6 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from acalx.models import Compared, as_model
+
 __all__ = ["described", "recorded_metrics"]
 
 
@@ -31,6 +33,8 @@ def described(part: object) -> dict[str, Any]:
     >>> described(Inequality("bias"))
     {'class': 'Inequality', 'group': 'bias', 'floor': 0.0005}
     """
+    if isinstance(part, Compared) and part == as_model(part.sensor):
+        part = part.sensor  # as it was given
     kind = type(part)
     own = kind.__module__.split(".")[0] == "acalx"
     name = kind.__qualname__ if own else f"{kind.__module__}.{kind.__qualname__}"

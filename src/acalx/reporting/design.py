@@ -41,6 +41,8 @@ def show(designed: Designed) -> None:
         print("above are the ends and the knee, which is program.csv; front.csv has all the points")
     if isinstance(result, Result):
         _show_result(result)
+    for remark in designed.remarks:
+        print(remark)
     visit, request = designed.visit, designed.request
     print(f"in the order of visit ({request.order}) {visit.summary(request.dwell_s)}")
 

@@ -33,6 +33,8 @@ def show_figures(evaluation: Evaluation) -> None:
         deviation = significant(metrics["standard_deviations"][parameter.name])
         deviations.append([parameter.name, deviation, parameter.unit])
     print(f"{align(deviations)}\n")
+    for remark in evaluation.remarks:
+        print(f"{remark}\n")
     if evaluation.certificate is not None:
         print(f"{evaluation.certificate}\n")
 
