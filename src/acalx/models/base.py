@@ -130,7 +130,9 @@ class Model(ABC):
     def with_prior(self, information: Information) -> Information:
         """The same with what is known before, where something is."""
         prior = self.prior_information
-        return Information(information.matrix + np.diag(prior), self.parameters) if prior.any() else information
+        if not prior.any():
+            return information
+        return Information(information.matrix + np.diag(prior), self.parameters, information.blocks)
 
     def by_information(self, regressors: Array, gradient: Array) -> Array:
         """From a gradient with respect to the information, (..., p, p), to the regressors, (..., n, m, p): 2 H G."""

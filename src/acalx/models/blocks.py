@@ -22,7 +22,7 @@ def in_blocks(blocks: Blocks, regressors: Array, parameters: tuple[Parameter, ..
         rows = regressors[..., outputs[:, None], numbers]
         own = tuple(parameters[number] for number in numbers)
         matrix[..., numbers[:, None], numbers] = Information.from_regressors(rows, own).matrix
-    return Information(matrix, parameters)
+    return Information(matrix, parameters, tuple(numbers for _, numbers in blocks))
 
 
 def by_blocks(blocks: Blocks, regressors: Array, gradient: Array) -> Array:

@@ -163,7 +163,16 @@ class Composite(Model):
                 matrix[..., own, own] = part.matrix
             else:
                 matrix[..., own[:, None], own] += part.matrix
-        return Information(matrix, self.parameters)
+        return Information(matrix, self.parameters, () if self.shared else self._blocks_of(parts))
+
+    def _blocks_of(self, parts: Sequence[Information]) -> tuple[np.ndarray, ...]:
+        """Indices of the parameters of each part, or of the blocks in it."""
+        numbers = np.arange(len(self.parameters))
+        found: list[np.ndarray] = []
+        for part, (_, own) in zip(parts, self._blocks, strict=True):
+            place = numbers[own]
+            found += [place[block] for block in part.blocks] or [place]
+        return tuple(found)
 
     @cached_property
     def _blocks(self) -> tuple[tuple[slice, Places], ...]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -45,10 +45,13 @@ class Information:
     matrix : array (..., p, p)
         Symmetric, positive semidefinite.
     parameters : tuple of Parameter, length p
+    blocks : tuple of arrays of int, optional
+        Indices of parameters that have nothing to do with others, where the matrix is zero between them.
     """
 
     matrix: Array
     parameters: tuple[Parameter, ...]
+    blocks: tuple[np.ndarray, ...] = ()
 
     @classmethod
     def from_regressors(cls, regressors: Array, parameters: tuple[Parameter, ...]) -> Information:
@@ -83,7 +86,8 @@ class Information:
 
     @property
     def _large(self) -> bool:
-        return math.prod(self.matrix.shape[:-2]) >= _LARGE_STACK and self.matrix.shape[-1] <= _SMALL_MATRIX
+        many = math.prod(self.matrix.shape[:-2]) >= _LARGE_STACK
+        return many and self.matrix.shape[-1] <= _SMALL_MATRIX and not self.blocks
 
     @cached_property
     def _factors(self) -> tuple[Array, np.ndarray]:
@@ -95,8 +99,17 @@ class Information:
         """Inverse R of the Cholesky factor, inv(M) = R'R; of no meaning where M is singular."""
         if not self._large:
             with contextlib.suppress(np.linalg.LinAlgError):
-                return np.asarray(np.linalg.inv(np.linalg.cholesky(self.matrix)))
+                return self._by_blocks(self.matrix, lambda block: np.linalg.inv(np.linalg.cholesky(block)))
         return inverse_roots(*self._factors)
+
+    def _by_blocks(self, matrix: Array, function: Callable[[Array], Array]) -> Array:
+        """A function of each block of a matrix, zero outside of them."""
+        if not self.blocks:
+            return np.asarray(function(matrix))
+        whole = np.zeros_like(matrix)
+        for block in self.blocks:
+            whole[..., block[:, None], block] = function(matrix[..., block[:, None], block])
+        return whole
 
     @cached_property
     def _root(self) -> Array:
@@ -152,7 +165,7 @@ class Information:
 
     def select(self, members: np.ndarray) -> Information:
         """Some members of the stack, by a mask (...)."""
-        chosen = Information(self.matrix[members], self.parameters)
+        chosen = Information(self.matrix[members], self.parameters, self.blocks)
         # computed already, and the same verdict where another algorithm suits the fewer ones
         chosen.__dict__["singular"] = self.singular[members]
         if "_factors" in self.__dict__:
@@ -166,7 +179,7 @@ class Information:
     def covariance(self) -> Array:
         """K = inv(M), shape (..., p, p); inf where M is singular."""
         if not self.singular.any():
-            return np.asarray(self._root.swapaxes(-1, -2) @ self._root)
+            return self._by_blocks(self._root, lambda root: root.swapaxes(-1, -2) @ root)
         singular = self.singular[..., None, None]
         root = np.where(singular, 0.0, self._root)
         return np.where(singular, np.inf, root.swapaxes(-1, -2) @ root)
