@@ -42,7 +42,7 @@ def test_the_command_writes_the_page_that_is_kept(written: Outcome) -> None:
     assert written.status == 0, written.err
     assert written.err == ""
     assert_alike(kept().partition(HEADING)[0], written.text("README.md").partition(HEADING)[0])
-    for name in ("joint_12", "joint_24", "joint_24_plain", "joint_36"):
+    for name in [*(f"joint_{n}" for n in (12, 20, 24, 30, 36, 40)), "joint_24_plain"]:
         of_both = [read_program(folder / "programs" / f"{name}.csv") for folder in (STUDY, written.directory)]
         np.testing.assert_allclose(*(program.settings_for(TwoAxisRateTable()) for program in of_both))
 

@@ -44,7 +44,7 @@ MODEL, BARE = as_model(SENSOR), as_model(IMU(arms=()))
 # What is known of a unit of the make before it is measured: so much do they differ. What a program does not show
 # keeps this standard error, and the others still have theirs.
 KNOWN: Model = Compared(SENSOR, prior={one.name: float(one.scatter or 0.0) for one in SENSOR.parameters})
-SIZES = (12, 24, 36)
+SIZES, FURTHER = (12, 24, 36), (20, 30, 40)
 # A position that leaves more than half of what was known before shows nothing.
 SHOWN = 0.5
 # Rates below it are for the angle more than for the gyro.
@@ -148,6 +148,12 @@ class Programs:
     def joint(self) -> dict[int, Accuracy]:
         """The joint programs of as many positions as the recipes have."""
         return {n: Accuracy(f"joint_{n}", searched(n)) for n in SIZES}
+
+    @cached_property
+    def by_size(self) -> dict[int, Accuracy]:
+        """The same with those of further numbers of positions, in their order."""
+        further = {n: Accuracy(f"joint_{n}", searched(n)) for n in FURTHER}
+        return dict(sorted({**self.joint, **further}.items()))
 
     @cached_property
     def recipes(self) -> dict[str, Accuracy]:

@@ -56,6 +56,13 @@ def errors(programs: Programs) -> dict[str, str]:
     return {"errors": markdown(rows), "rates_ratio": f"{ratio:.1f}", "rates_squared": f"{ratio**2:.1f}"}
 
 
+def sizes(programs: Programs) -> dict[str, str]:
+    """Standard errors of joint programs by their number of positions."""
+    rows = [["", *map(str, programs.by_size)]]
+    rows += [[headed(group), *(one.cell(group) for one in programs.by_size.values())] for group in GROUPS]
+    return {"sizes": markdown(rows)}
+
+
 def weak(programs: Programs) -> dict[str, str]:
     """What each recipe can't see by acalx, and what it leaves as it was known before."""
     rows = [["recipe", "can't be seen at all", "left as it was known before"]]
@@ -80,7 +87,7 @@ def kinds(programs: Programs) -> dict[str, str]:
     """What the joint programs are made of."""
     head = ["positions", "at rest", "outer axis turns", "inner axis turns", "both turn", "D-efficiency", "made plain"]
     rows = [head]
-    for n, one in programs.joint.items():
+    for n, one in programs.by_size.items():
         efficiencies = (programs.efficiency(settings) for settings in (one.settings, plain(one.settings)))
         counts = (str(count) for count in programs.kinds(one.settings))
         rows.append([str(n), *counts, *(f"{100 * share:.1f} %" for share in efficiencies)])
@@ -95,7 +102,7 @@ def kinds(programs: Programs) -> dict[str, str]:
         "rest_24": str(rest),
         "both_24": str(both),
         "turning_24": str(24 - rest),
-        "plain_24": rows[2][-1],
+        "plain_24": next(row[-1] for row in rows if row[0] == "24"),
     }
 
 
@@ -146,12 +153,13 @@ def write(data: Path | None, directory: Path) -> None:
     """The page, the figures and the joint programs."""
     directory.mkdir(parents=True, exist_ok=True)
     programs = Programs()
-    save(list(programs.joint.values()), directory / "programs")
+    save(list(programs.by_size.values()), directory / "programs")
     save([Accuracy("joint_24_plain", plain(programs.joint[24].settings))], directory / "programs")
     draw_standard_errors(programs.pairs, directory)
     alone, wrong, figures = simulated(programs.all)
     parts = {
         **errors(programs),
+        **sizes(programs),
         **weak(programs),
         **kinds(programs),
         **needed(programs),

@@ -45,16 +45,20 @@ def simulated(programs: Sequence[Program]) -> tuple[list[list[str]], list[list[s
     largest = max(float(np.abs(one.deviations / one.predicted - 1.0).max()) for one in alone.values())
     lost = max(float(_ratio(one).max()) for one in wrong.values())
     figures = {
-        "agreeing": f"{agreeing} of the {len(alone)}",
+        "agreeing": _share(agreeing, len(alone)),
         "largest_apart": f"{100 * largest:.0f}",
         "trials": f"{TRIALS:,}",
         "setting_rad": f"{SETTING_RAD:g}",
-        "wrong_agreeing": f"{sum(not one.agrees for one in wrong.values())} of the {len(wrong)}",
+        "wrong_agreeing": _share(sum(not one.agrees for one in wrong.values()), len(wrong)),
         "lost": f"{lost:.1f}",
         **_with_24(alone, "alone", theory=True),
         **_with_24(wrong, "off"),
     }
     return rows, off, figures
+
+
+def _share(some: int, count: int) -> str:
+    return f"all {count}" if some == count else f"{some} of the {count}"
 
 
 def _with_24(outcome: dict[str, Outcome], name: str, *, theory: bool = False) -> dict[str, str]:
