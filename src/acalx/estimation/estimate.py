@@ -61,10 +61,8 @@ class Estimate:
 
         With a prior the residuals fit away less. Of several noises the least.
         """
-        noises = self.model.noises
         if self.sizes.size:
-            n = self.residual.shape[-1] // len(noises.of_outputs)
-            return float((n * np.bincount(noises.of_outputs) - noises.parameters).min())
+            return float(self._left_of_noises().min())
         count, p = self.residual.shape[-1], self.parameters.shape[-1]
         prior = self.model.prior_information
         if not prior.any():
@@ -83,19 +81,33 @@ class Estimate:
         if not self.sizes.size:
             return np.full(p, float(self.freedom))
         noises, m = self.model.noises, self.model.outputs
-        n = self.residual.shape[-1] // m
-        each = n * np.bincount(noises.of_outputs) - noises.parameters
+        n, each = self.residual.shape[-1] // m, self._left_of_noises()
         shows = (np.abs(self.rows.reshape(-1, n, m, p)) > 0.0).any(axis=(0, 1))  # (m, p)
         freedoms = np.where(shows, each[noises.of_outputs][:, None], np.inf).min(axis=0)
         return np.asarray(np.where(np.isfinite(freedoms), freedoms, each.min()))
 
+    def _left_of_noises(self) -> Array:
+        """Degrees of freedom of each of several noises, (g,): residuals less the parameters that are fitted to them.
+
+        With a prior they fit away less: what the leverages of the residuals add up to.
+        """
+        noises = self.model.noises
+        n = self.residual.shape[-1] // len(noises.of_outputs)
+        counts = n * np.bincount(noises.of_outputs)
+        if not self.model.prior_information.any():
+            return np.asarray(counts - noises.parameters)
+        rows = self.rows if self.noise is None else self.rows / self.noise[..., None]
+        count, p = rows.shape[-2:]
+        rows, covariance = rows.reshape(-1, count, p)[0], self.information.covariance.reshape(-1, p, p)[0]
+        leverage = np.einsum("np,pq,nq->n", rows, covariance, rows)
+        fitted = np.bincount(np.tile(noises.of_outputs, n), leverage)
+        return np.asarray(counts - (fitted if np.isfinite(fitted).all() else noises.parameters))
+
     def sizes_of_noises(self, noises: Noises, of_residuals: np.ndarray) -> Array:
         """The size of each noise in units of the model's, (..., g), from the residuals that it is the noise of."""
-        n = len(of_residuals) // len(noises.of_outputs)
         sizes = []
-        for k, parameters in enumerate(noises.parameters):
+        for k, freedom in enumerate(self._left_of_noises()):
             own = self.residual[..., of_residuals == k]
-            freedom = n * int((noises.of_outputs == k).sum()) - parameters
             sizes.append(scale_of(own, freedom, self.loss, None) if freedom > 0 else np.ones(own.shape[:-1]))
         return positive(np.stack(sizes, axis=-1))
 

@@ -16,7 +16,7 @@ from acalx.sensors.base import Sensor
 __all__ = ["Agreement"]
 
 # Newton's steps of each part by itself; one that is linear in what it feels needs one.
-_STEPS = 8
+_STEPS, _SETTLED = 8, 1e-14
 
 
 @final
@@ -86,26 +86,18 @@ def _each(
         vector = np.zeros((*shape, 3))
         for _ in range(_STEPS):
             at = Stimulus({**others, quantity: vector})
-            inverse = np.linalg.inv(
-                np.broadcast_to(sensor.by_stimulus(parameters, at)[quantity][..., own, :], (*shape, 3, 3))
-            )
             left = readings[..., own] - sensor.readings(parameters, at)[..., own]
-            step = (inverse @ left[..., None])[..., 0]
+            step = (_inverse(sensor, parameters, at, own, shape) @ left[..., None])[..., 0]
             vector = vector + step
-            if not np.abs(step).max(initial=0.0) > 1e-14:
+            if not np.abs(step).max(initial=0.0) > _SETTLED:
                 break
         at = Stimulus({**others, quantity: vector})
-        inverse = np.linalg.inv(
-            np.broadcast_to(sensor.by_stimulus(parameters, at)[quantity][..., own, :], (*shape, 3, 3))
-        )
-        nominal = np.linalg.inv(
-            np.broadcast_to(sensor.by_stimulus(sensor.nominal, at)[quantity][..., own, :], (*shape, 3, 3))
-        )
         by_reading = np.zeros((*shape, 3, k))
-        by_reading[..., own] = nominal
+        by_reading[..., own] = _inverse(sensor, sensor.nominal, at, own, shape)
         vectors.append(vector)
         slopes.append(by_reading)
-        by_parameters.append(inverse @ sensor.by_parameters(parameters, at)[..., own, :])
+        by_own = sensor.by_parameters(parameters, at)[..., own, :]
+        by_parameters.append(_inverse(sensor, parameters, at, own, shape) @ by_own)
     return vectors, slopes, by_parameters
 
 

@@ -111,6 +111,8 @@ def as_model(given: object) -> Model:
 def _check_sensor(sensor: Sensor) -> None:
     """Raise PluginError for a sensor, somebody's own perhaps, without parameters or channels, or with names twice."""
     kind = type(sensor).__name__
+    if not sensor.needs:
+        raise PluginError(f"{kind} needs nothing that is felt: readings that depend on nothing show no parameter")
     for what, items in (("parameters", sensor.parameters), ("channels", sensor.channels)):
         if not items:
             raise PluginError(f"{kind} has no {what}")

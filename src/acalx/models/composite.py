@@ -167,8 +167,7 @@ class Composite(Model):
 
     def _blocks_of(self, parts: Sequence[Information]) -> tuple[np.ndarray, ...]:
         """Indices of the parameters of each part, or of the blocks in it."""
-        numbers = np.arange(len(self.parameters))
-        found: list[np.ndarray] = []
+        numbers, found = np.arange(len(self.parameters)), list[np.ndarray]()
         for part, (_, own) in zip(parts, self._blocks, strict=True):
             place = numbers[own]
             found += [place[block] for block in part.blocks] or [place]

@@ -200,7 +200,7 @@ class SensorModel(Model):
 
     def start(self, readings: Array, known: Stimulus | None) -> Array:
         """The parameters of a sensor without errors, or where only a length is known those of a sphere's fit."""
-        if not self.by_length:
+        if not self.comparison.by_length or len(self.channels) % 3:
             return super().start(readings, known)
         return sphere_start(self.sensor, readings, None if known is None else self.in_units(known).mean())
 

@@ -17,21 +17,43 @@ __all__ = ["generic_least", "sphere_start"]
 
 
 def sphere_start(sensor: Sensor, readings: Array, known: Stimulus | None) -> Array:
-    """Parameters (..., p) of a sensor that reads the sphere which readings (..., n, 3) lie on, nearly."""
-    center, radius = fit_sphere(readings)
+    """Parameters (..., p) of a sensor whose triads read the spheres that their readings (..., n, k) lie on, nearly.
+
+    The first triad lies along the axes; each other one is turned to it as its readings are to those of the first.
+    """
     directions = np.array([each for each in itertools.product((-1.0, 0.0, 1.0), repeat=3) if any(each)])
     directions /= np.linalg.norm(directions, axis=1, keepdims=True)
     others = {} if known is None else {name: known[name] for name in sensor.needs if name not in sensor.senses}
+    count = len(directions)
     around = {
-        name: np.broadcast_to(each.mean(axis=-2).reshape(-1, each.shape[-1])[:1], (26, each.shape[-1]))
+        name: np.broadcast_to(each.mean(axis=-2).reshape(-1, each.shape[-1])[:1], (count, each.shape[-1]))
         for name, each in others.items()
     }
-    known = Stimulus({**around, sensor.senses[0]: directions})
-    rows = sensor.by_parameters(sensor.nominal, known)  # (6, 3, p)
-    ideal = sensor.readings(sensor.nominal, known)
-    wanted = center[..., None, :] + radius[..., None, None] * directions - ideal
+    at = Stimulus({**around, sensor.senses[0]: directions})
+    rows = sensor.by_parameters(sensor.nominal, at)  # (26, k, p)
+    triads = [readings[..., k : k + 3] for k in range(0, readings.shape[-1], 3)]
+    fits = [fit_sphere(triad) for triad in triads]
+    felt = [
+        (triad - center[..., None, :]) / radius[..., None, None]
+        for triad, (center, radius) in zip(triads, fits, strict=True)
+    ]
+    wanted = []
+    for k, (center, radius) in enumerate(fits):
+        turned = directions if k == 0 else directions @ _rotation(felt[0], felt[k]).swapaxes(-1, -2)
+        wanted.append(center[..., None, :] + radius[..., None, None] * turned)
+    off = np.concatenate(wanted, axis=-1) - sensor.readings(sensor.nominal, at)
     inverse = np.linalg.pinv(rows.reshape(-1, rows.shape[-1]))
-    return np.asarray(sensor.nominal + wanted.reshape((*wanted.shape[:-2], -1)) @ inverse.T)
+    return np.asarray(sensor.nominal + off.reshape((*off.shape[:-2], -1)) @ inverse.T)
+
+
+def _rotation(first: Array, second: Array) -> Array:
+    """The rotation (..., 3, 3) that takes vectors (..., n, 3) nearest to others, by least squares.
+
+    Source: Kabsch, Acta Cryst. A32 (1976), 922.
+    """
+    u, _, v = np.linalg.svd(np.nan_to_num(second).swapaxes(-1, -2) @ np.nan_to_num(first))
+    u[..., -1] *= np.sign(np.linalg.det(u @ v))[..., None]
+    return np.asarray(u @ v)
 
 
 def generic_least(model: Model, least: int) -> int:
