@@ -193,11 +193,10 @@ def _by_felt(sensor: Sensor, parameters: Array, felt: Stimulus, value: Array, sl
         full = [slopes.get(name, np.zeros((*value.shape, felt[name].shape[-1]))) for name in sensor.senses]
         phi = np.concatenate([np.broadcast_to(each, (*value.shape, each.shape[-1])) for each in full], axis=-1)
         turned = np.broadcast_to(matrix.swapaxes(-1, -2), (*value.shape[:-1], *matrix.shape[-2:]))
+        right = np.broadcast_to(phi, (*value.shape[:-1], m, phi.shape[-1])).swapaxes(-1, -2)
         with np.errstate(invalid="ignore"):
-            solved = np.linalg.solve(
-                turned, np.broadcast_to(phi, (*value.shape[:-1], m, phi.shape[-1])).swapaxes(-1, -2)
-            )
-        return np.asarray(solved.swapaxes(-1, -2))
+            solved = _solved(turned, right)
+        return solved.swapaxes(-1, -2)
 
     rows = by_readings(parameters) @ sensor.by_parameters(parameters, felt)
     return Residual(value, rows, by_readings(sensor.nominal))
