@@ -34,7 +34,9 @@ def positions(stand: Any, n: int, seed: int) -> Array:
 
 def assert_same(found: Array, expected: Array, tolerance: float) -> None:
     """Entries of two matrices agree, each beside the diagonal of its row and its column."""
-    size = np.sqrt(np.outer(np.diag(expected), np.diag(expected)))
+    own = np.diag(expected)
+    own = np.maximum(own, 1e-12 * own.max())  # what no position shows is zero up to rounding
+    size = np.sqrt(np.outer(own, own))
     assert np.abs((found - expected) / size).max() <= tolerance
 
 
@@ -101,7 +103,7 @@ def test_an_imu_has_the_information_that_differences_of_its_readings_give(seed: 
         rows += 0.5 * size * by_parameters(sensor, at)
     sigma = np.array([sensor.accel_noise_g] * 3 + [sensor.gyro_noise_deg_s] * 3)
     expected = assembled(rows, np.broadcast_to(np.eye(6), (len(settings), 6, 6)), sigma)
-    assert_same(as_model(sensor).information(BRIEF.stimulus(settings)).matrix, expected, 1e-9)
+    assert_same(as_model(sensor).information(BRIEF.stimulus(settings)).matrix, expected, 1e-7)
 
 
 def aspects(force: Array, field: Array) -> Array:
@@ -123,7 +125,7 @@ def test_a_pair_has_the_information_that_differences_of_its_readings_give(azimut
     by_readings = phi @ np.linalg.inv(by_felt(sensor, felt, [FORCE, FIELD]))
     rows = by_readings @ by_parameters(sensor, felt)
     expected = assembled(rows, by_readings, np.array([1e-3] * 3 + [5e-3] * 3))
-    assert_same(PAIR.information(felt).matrix, expected, 1e-8)
+    assert_same(PAIR.information(felt).matrix, expected, 1e-7)
 
 
 # ---------------------------------------------------------------- with 50 digits
@@ -160,7 +162,7 @@ def table_motion(setting: list[Any], t: Any) -> tuple[Any, Any, Any]:
         return about("z", inner + at * inner_rate) * vector(outer_rate, 0, 0) + vector(0, 0, inner_rate)
 
     attitude = about("z", inner + t * inner_rate) * about("x", outer + t * outer_rate)
-    change = [mpmath.diff(lambda at, k=k: turning(at)[k], t) for k in range(3)]  # type: ignore[misc]
+    change = [mpmath.diff(lambda at, k=k: turning(at)[k], t) for k in range(3)]
     return attitude * vector(0, 0, 1), attitude * earth + turning(t), vector(*change)
 
 
@@ -192,9 +194,8 @@ def test_an_imu_has_the_same_information_with_fifty_digits() -> None:
     sensor, settings = IMU(), positions(BRIEF, 9, 11)
     names = [parameter.name for parameter in sensor.parameters]
     with mpmath.workdps(50):
-        roots = mpmath.polyroots(
-            mpmath.taylor(lambda x: mpmath.legendre(8, x), 0, 8)[::-1], maxsteps=200, extraprec=200
-        )
+        near, _ = np.polynomial.legendre.leggauss(8)
+        roots = [mpmath.findroot(lambda x: mpmath.legendre(8, x), mpmath.mpf(x)) for x in near]
         slopes = [mpmath.diff(lambda x: mpmath.legendre(8, x), root) for root in roots]
         weights = [1 / ((1 - x**2) * d**2) for x, d in zip(roots, slopes, strict=True)]  # which sum to 1
         half = mpmath.mpf(BRIEF.averaging_s) / 2
@@ -208,14 +209,14 @@ def test_an_imu_has_the_same_information_with_fifty_digits() -> None:
                     each = (imu_reading(channel, {name: size}, *at) for at in felt)
                     return sum(w * reading for w, reading in zip(weights, each, strict=True))
 
-                row = mpmath.matrix([[mpmath.diff(lambda x, n=n: mean(n, x), 0) / sigma for n in names]])  # type: ignore[misc]
+                row = mpmath.matrix([[mpmath.diff(lambda x, n=n: mean(n, x), 0) / sigma for n in names]])
                 total += row.T * row
         expected = as_numbers(total)
     assert_same(as_model(sensor).information(BRIEF.stimulus(settings)).matrix, expected, 1e-10)
 
 
 def pair_readings(errors: dict[str, Any], force: Any, field: Any) -> list[Any]:
-    """Three accelerometers in g and three magnetometers in units of the field, whose axes are turned by small angles."""
+    """Three accelerometers in g, three magnetometers in units of the field whose axes are turned by small angles."""
 
     def triad(name: str, s: Any, seen: Any) -> list[Any]:
         def error(kind: str) -> Any:
@@ -264,9 +265,9 @@ def test_a_pair_has_the_same_information_with_fifty_digits() -> None:
             rows = mpmath.matrix(3, len(names))
             for m in range(3):
                 for k in range(6):
-                    j[m, k] = mpmath.diff(lambda x, k=k, m=m: pair_aspects(moved(k, x))[m], 0)  # type: ignore[misc]
+                    j[m, k] = mpmath.diff(lambda x, k=k, m=m: pair_aspects(moved(k, x))[m], 0)
                 for k, name in enumerate(names):
-                    rows[m, k] = mpmath.diff(lambda x, name=name, m=m: seen(name, x)[m], 0)  # type: ignore[misc]
+                    rows[m, k] = mpmath.diff(lambda x, name=name, m=m: seen(name, x)[m], 0)
             total += rows.T * (j * noise * j.T) ** -1 * rows
         expected = as_numbers(total)
     assert_same(PAIR.information(LEVEL.stimulus(settings)).matrix, expected, 1e-10)
