@@ -181,6 +181,18 @@ def test_cosines_of_another_length_are_refused_in_their_row(designed: dict[str, 
         read("vector_accel", path)
 
 
+def test_cosines_that_contradict_the_settings_are_refused(designed: dict[str, Outcome], tmp_path: Path) -> None:
+    given, stand = pasted("vector_accel", designed["vector_accel"]), stand_of("vector_accel")
+    cosines = stand.stimulus(given.settings)["specific_force"].copy()
+    header = ",".join([*channels("vector_accel"), *stand.axes.columns, "eta_x", "eta_y", "eta_z"])
+    near = stand.stimulus(given.settings + 0.02)["specific_force"]  # known better than what was set
+    read("vector_accel", given.file(tmp_path / "near.csv", header, stand.axes.written(given.settings), near))
+    cosines[[1, 2]] = cosines[[2, 1]]
+    path = given.file(tmp_path / "swapped.csv", header, stand.axes.written(given.settings), cosines)
+    with pytest.raises(DataError, match=r"swapped.csv: alpha1_deg .* and eta_x .* contradict each other.*; leave"):
+        read("vector_accel", path)
+
+
 def test_the_command_says_what_is_not_known(designed: dict[str, Outcome]) -> None:
     given = pasted("accel_temperature", designed["accel_temperature"])
     folder = designed["accel_temperature"].directory
