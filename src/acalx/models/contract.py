@@ -18,6 +18,8 @@ __all__ = ["check_declared", "check_sensor"]
 
 # How far derivatives that are given may be from numerical ones: of the largest of a parameter, and of the readings.
 _SLACK, _ROUNDING = 1e-5, 1e-8
+# Errors of a sensor that is tried, as small as steps of numerical derivatives.
+_OFF = 1e-3
 
 
 def check_declared(sensor: Sensor) -> None:
@@ -71,11 +73,11 @@ def check_sensor(sensor: Sensor, felt: Stimulus) -> None:
     """
     every = Stimulus({name: felt[name].reshape(-1, felt[name].shape[-1]) for name in sensor.needs}, units=felt.units)
     two = every.made({name: value[[0, -1]] for name, value in every.items()})
-    p, k = len(sensor.parameters), len(sensor.channels)
+    k = len(sensor.channels)
     for stack in ((), (2,)):
         for n in (1, 2):
             at = two.made({name: np.broadcast_to(v[:n], (*stack, *v[:n].shape)).copy() for name, v in two.items()})
-            for parameters in (sensor.nominal, np.broadcast_to(sensor.nominal, (2, p)).copy()):
+            for parameters in (sensor.nominal, np.stack([sensor.nominal, sensor.nominal + _OFF])):
                 _check_readings(sensor, parameters, at, (*np.broadcast_shapes(stack, parameters.shape[:-1]), n, k))
     _check_deviations(sensor, every)
     if _given(sensor, "by_parameters"):

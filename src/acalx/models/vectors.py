@@ -227,15 +227,17 @@ def of_sensor(sensor: Sensor, quantity: str | None, what: str = "") -> str:
     if components == len(sensor.channels) and quantity is None and len(sensor.senses) == 1:
         return sensor.senses[0]
     if components != len(sensor.channels) or quantity not in sensor.senses:
+        whole = sensor.senses and components == len(sensor.channels)
         raise CompatibilityError(
-            "{given}: {sensor} has no {what} of the {quantity} to compare; its readings give {senses}: compare "
-            "{instead}",
+            "{given}: {sensor} has no {what} of the {quantity} to compare; its readings give {senses}: "
+            + ("name one of them, as in {one}, or compare" if whole else "compare")
+            + " the readings themselves, by Outputs",
             given=Option("quantity", quantity),
             sensor=type(sensor).__name__,
             what=what or "vector",
             quantity=_words(quantity or "one vector"),
             senses=", ".join(map(_words, sensor.senses)) or "no vector by themselves",
-            instead=Option("comparison", "outputs", "Outputs()"),
+            one=Option("quantity", sensor.senses[0] if whole else None),
         )
     assert quantity is not None  # which is none of them
     return quantity
