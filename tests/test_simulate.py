@@ -297,7 +297,7 @@ def test_names_programs_and_settings_are_the_same_to_it() -> None:
 def test_what_it_is_not_given_right_is_refused(programs: list[str], options: dict[str, object], message: str) -> None:
     with pytest.raises(ArgumentError, match=message):
         simulate(programs, STAND, MODEL, PAPER, **options)  # type: ignore[arg-type]
-    with pytest.raises(CompatibilityError, match=r"compare comparison=Outputs\(\)"):
+    with pytest.raises(CompatibilityError, match="compare the readings themselves, by Outputs"):
         simulate("icosahedron_12", STAND, MODEL, PAPER, estimator=Iterated(Magnitude("magnetic_field")))
 
 

@@ -18,10 +18,11 @@ from acalx.commands.composition import moved
 __all__ = ["with_usual"]
 
 _NAME = re.compile(r"[\w./-]+")
+_FOLDER = ("--config-dir", "-cd")
 
 
 def with_usual(arguments: Sequence[str], groups: Sequence[str]) -> list[str]:
-    """The command line with what suits its model in front, for groups that it says nothing of.
+    """The command line with what suits its model before its own overrides, for groups that it says nothing of.
 
     Parameters
     ----------
@@ -45,7 +46,11 @@ def with_usual(arguments: Sequence[str], groups: Sequence[str]) -> list[str]:
         for option, choice in usual.items()
         if (group := option.partition(".")[0]) in groups and group not in names | left
     ]
-    return [*added, *arguments]
+    # Hydra takes overrides that follow one another, and none with a switch between
+    before = zip(["", *arguments], arguments, strict=False)
+    own = (k for k, (last, each) in enumerate(before) if not each.startswith("-") and last not in _FOLDER)
+    first = next(own, len(arguments))
+    return [*arguments[:first], *added, *arguments[first:]]
 
 
 def _usual(said: Mapping[str, str], folders: Sequence[Path]) -> Mapping[str, Any]:
@@ -84,7 +89,7 @@ def _folders(arguments: Sequence[str]) -> list[Path]:
     """Where options are looked for: folders of the user's own, then the package's."""
     own = []
     for k, argument in enumerate(arguments):
-        if argument in ("--config-dir", "-cd") and k + 1 < len(arguments):
+        if argument in _FOLDER and k + 1 < len(arguments):
             own.append(Path(arguments[k + 1]))
         elif argument.startswith("--config-dir="):
             own.append(Path(argument.partition("=")[2]))

@@ -20,6 +20,8 @@ __all__ = ["Known", "data_file", "find_columns", "read_groups", "read_readings"]
 AXES = ("ax", "ay", "az")
 _COSINES = ("eta_x", "eta_y", "eta_z")
 _MOST_POSITIONS = 20_000
+# Cosine of the angle between what settings and direction cosines say, 5 degrees: what a stand is off by is less.
+_ALIKE = 0.9962
 _LAYOUT = "a header names the columns, as in 'ax,ay,az'; others may be there"
 
 
@@ -36,7 +38,8 @@ def read_readings(
     triad, are standard deviations of the samples, ``n`` their number, ``position`` a name. What the sensor felt is
     known from the settings of the stand, ``alpha1_deg, alpha2_deg`` of a two-axis table, or for each quantity by
     itself from ``eta_x, eta_y, eta_z``, the vertical in sensor axes, from ``angular_rate_x`` and so on, or
-    ``temperature``, in the units of the stimulus. Other columns are not read.
+    ``temperature``, in the units of the stimulus; these go before the settings, which must not contradict
+    direction cosines. Other columns are not read.
 
     Parameters
     ----------
@@ -159,10 +162,24 @@ class Known:
         told = {}
         for quantity, names in self.quantities.items():
             value = np.stack([columns[name] for name in names], axis=-1)
+            if names == _COSINES and felt.vertical() is not None:
+                self._check_alike(value, felt["specific_force"], values)
             told[quantity] = value / np.linalg.norm(value, axis=1, keepdims=True) if names == _COSINES else value
             if felt.weights is not None:  # the same throughout a position
                 told[quantity] = np.repeat(told[quantity][:, None, :], len(felt.weights), axis=1)
         return felt.made({**felt, **told}) if told or felt else None
+
+    def _check_alike(self, cosines: Array, force: Array, values: Array) -> None:
+        """Raise DataError where the settings bring the vertical elsewhere than the cosines say."""
+        lengths = np.linalg.norm(cosines, axis=-1) * np.linalg.norm(force, axis=-1)
+        wrong = (cosines * force).sum(axis=-1) < _ALIKE * lengths
+        if wrong.any():
+            row = dict(zip(self.columns, values[np.argmax(wrong)].tolist(), strict=True))
+            settings, told = (", ".join(f"{k} {row[k]:.6g}" for k in names) for names in (self.settings, _COSINES))
+            raise DataError(
+                f"{self.file.path}: {settings} and {told} contradict each other: on stand {type(self.stand).__name__} "
+                "the vertical is more than 5 degrees from there; leave the columns out that are wrong"
+            )
 
 
 class _Reader:

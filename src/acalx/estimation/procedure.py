@@ -15,9 +15,12 @@ from acalx.estimation.plausible import OF_LENGTH_ONE, check_positions, question_
 from acalx.estimation.readings import Readings
 from acalx.estimation.units import Unit
 from acalx.models import Model, ScalarAccel, as_model
+from acalx.models.contract import check_sensor
+from acalx.models.sensor_model import SensorModel
 from acalx.numerics.arrays import Array
 from acalx.numerics.sphere import fit_sphere
 from acalx.options import is_number, require_confidence, require_part
+from acalx.problem.parts import check_readings
 from acalx.quantities.information import Information
 from acalx.quantities.parameter import parameter_groups
 from acalx.quantities.stimulus import Stimulus
@@ -64,6 +67,8 @@ def calibrate(
         Readings that can't be used, or of which too little is known.
     ArgumentError, CompatibilityError
         Options that can't; a comparison that the readings do not have.
+    PluginError
+        A sensor that does not give what it must.
     """
     require_part("estimator", estimator, Estimator)
     require_confidence(confidence)
@@ -71,6 +76,11 @@ def calibrate(
     unit = prepared(model, unit)
     readings = Readings.of(readings)
     require_known(readings, model)
+    known = readings.stimulus
+    if known is not None and all(name in known for name in model.needs):
+        if isinstance(model, SensorModel):
+            check_sensor(model.sensor, model.in_units(known).without_samples())
+        check_readings(model, known)
     check_positions(readings)
     start, per = starting_point(readings.means - unit.offset, readings.stimulus, model, unit)
     question_magnitude(readings, model, unit)

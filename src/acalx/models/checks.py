@@ -1,4 +1,4 @@
-"""Whether a stand lets be compared what is to be."""
+"""Whether a sensor reads what a stand does to it as it must, and lets be compared what is to be."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import numpy as np
 
 from acalx.errors import CompatibilityError, Option
 from acalx.models.comparisons import Comparison
+from acalx.models.contract import check_sensor
 from acalx.quantities.stimulus import Stimulus
 from acalx.sensors.base import Sensor
 
@@ -15,7 +16,7 @@ _SLACK = 1e-6
 
 
 def check_compared(sensor: Sensor, comparison: Comparison, stimulus: Stimulus, stand: str) -> None:
-    """Raise CompatibilityError where a comparison can't be had of what is felt on a stand.
+    """Look at a sensor in what is felt on a stand, and at whether a comparison can be had of it.
 
     Parameters
     ----------
@@ -25,7 +26,15 @@ def check_compared(sensor: Sensor, comparison: Comparison, stimulus: Stimulus, s
         In some positions, with all that the sensor needs.
     stand : str
         What messages call it.
+
+    Raises
+    ------
+    PluginError
+        A sensor that does not give what it must.
+    CompatibilityError
+        A comparison that can't be had there.
     """
+    check_sensor(sensor, stimulus.timed(sensor.needs, 1.0).in_units(sensor.needs).without_samples())
     kind = type(comparison).__name__
     if comparison.at_once and stimulus.weights is not None:
         raise CompatibilityError(

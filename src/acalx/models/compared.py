@@ -6,9 +6,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, final
 
-from acalx.errors import CompatibilityError, Option, PluginError
+from acalx.errors import CompatibilityError, Option
 from acalx.models.base import Model
 from acalx.models.comparisons import Comparison, Outputs
+from acalx.models.contract import check_declared
 from acalx.models.sensor_model import SensorModel
 from acalx.options import require_part
 from acalx.sensors.base import Sensor
@@ -37,6 +38,8 @@ class Compared(SensorModel):
         there is not.
     CompatibilityError
         Readings that do not have what is to be compared.
+    PluginError
+        A sensor that says of itself what can't be.
     """
 
     sensor: Sensor
@@ -45,7 +48,7 @@ class Compared(SensorModel):
     def __post_init__(self) -> None:
         require_part("sensor", self.sensor, Sensor)
         require_part("comparison", self.comparison, Comparison)
-        _check_sensor(self.sensor)
+        check_declared(self.sensor)
         self._compare(self.sensor, self.comparison)
 
     @property
@@ -106,16 +109,3 @@ def as_model(given: object) -> Model:
     require_part("model", given, Model)
     assert isinstance(given, Model)
     return given
-
-
-def _check_sensor(sensor: Sensor) -> None:
-    """Raise PluginError for a sensor, somebody's own perhaps, without parameters or channels, or with names twice."""
-    kind = type(sensor).__name__
-    if not sensor.needs:
-        raise PluginError(f"{kind} needs nothing that is felt: readings that depend on nothing show no parameter")
-    for what, items in (("parameters", sensor.parameters), ("channels", sensor.channels)):
-        if not items:
-            raise PluginError(f"{kind} has no {what}")
-        called = [item.name for item in items]
-        if twice := sorted({each for each in called if called.count(each) > 1}):
-            raise PluginError(f"{kind}.{what}: {', '.join(twice)} is there twice; each needs a name of its own")

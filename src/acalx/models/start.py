@@ -7,6 +7,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from acalx.errors import PluginError, asked
 from acalx.models.base import Model
 from acalx.numerics.arrays import Array
 from acalx.numerics.sphere import fit_sphere
@@ -69,7 +70,11 @@ def generic_least(model: Model, least: int) -> int:
         felt = {name: rng.standard_normal((n, width)) for name, width in widths.items()}
         felt = {name: value if widths[name] > 1 else 1.0 + np.abs(value) for name, value in felt.items()}
         with np.errstate(all="ignore"):  # a sensor may not bear what no stand does to it
-            rows = model.regressors(Stimulus(felt, units=units)).reshape(-1, len(prior))
+            try:
+                rows = asked(f"{model.called}.regressors", model.regressors, Stimulus(felt, units=units))
+            except PluginError:
+                break
+            rows = rows.reshape(-1, len(prior))
             rows = np.concatenate([rows / np.abs(rows).max(axis=0), np.diag(prior > 0.0)])
         if not np.isfinite(rows).all():
             break

@@ -193,11 +193,10 @@ def _by_felt(sensor: Sensor, parameters: Array, felt: Stimulus, value: Array, sl
         full = [slopes.get(name, np.zeros((*value.shape, felt[name].shape[-1]))) for name in sensor.senses]
         phi = np.concatenate([np.broadcast_to(each, (*value.shape, each.shape[-1])) for each in full], axis=-1)
         turned = np.broadcast_to(matrix.swapaxes(-1, -2), (*value.shape[:-1], *matrix.shape[-2:]))
+        right = np.broadcast_to(phi, (*value.shape[:-1], m, phi.shape[-1])).swapaxes(-1, -2)
         with np.errstate(invalid="ignore"):
-            solved = np.linalg.solve(
-                turned, np.broadcast_to(phi, (*value.shape[:-1], m, phi.shape[-1])).swapaxes(-1, -2)
-            )
-        return np.asarray(solved.swapaxes(-1, -2))
+            solved = _solved(turned, right)
+        return solved.swapaxes(-1, -2)
 
     rows = by_readings(parameters) @ sensor.by_parameters(parameters, felt)
     return Residual(value, rows, by_readings(sensor.nominal))
@@ -228,15 +227,17 @@ def of_sensor(sensor: Sensor, quantity: str | None, what: str = "") -> str:
     if components == len(sensor.channels) and quantity is None and len(sensor.senses) == 1:
         return sensor.senses[0]
     if components != len(sensor.channels) or quantity not in sensor.senses:
+        whole = sensor.senses and components == len(sensor.channels)
         raise CompatibilityError(
-            "{given}: {sensor} has no {what} of the {quantity} to compare; its readings give {senses}: compare "
-            "{instead}",
+            "{given}: {sensor} has no {what} of the {quantity} to compare; its readings give {senses}: "
+            + ("name one of them, as in {one}, or compare" if whole else "compare")
+            + " the readings themselves, by Outputs",
             given=Option("quantity", quantity),
             sensor=type(sensor).__name__,
             what=what or "vector",
             quantity=_words(quantity or "one vector"),
             senses=", ".join(map(_words, sensor.senses)) or "no vector by themselves",
-            instead=Option("comparison", "outputs", "Outputs()"),
+            one=Option("quantity", sensor.senses[0] if whole else None),
         )
     assert quantity is not None  # which is none of them
     return quantity

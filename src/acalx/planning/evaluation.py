@@ -18,7 +18,7 @@ from acalx.options import require_part, require_switch
 from acalx.planning.metrics import best_published, figures_of_merit
 from acalx.planning.mixed_units import mixed_units
 from acalx.problem import Problem, Response
-from acalx.problem.parts import check_dwell
+from acalx.problem.parts import check_dwell, check_readings
 from acalx.programs import Program, find_program
 from acalx.quantities.information import Information
 from acalx.sensors import Sensor
@@ -135,6 +135,8 @@ def evaluate(
         A program that there is not, or that can't be used.
     CompatibilityError
         Parts that don't fit together.
+    PluginError
+        A sensor that does not give what it must.
 
     Examples
     --------
@@ -151,7 +153,9 @@ def evaluate(
     given = _program(program, stand)
     criterion.check(model.parameters)
     settings = given.settings_for(stand)
-    model.check(stand.stimulus(settings), stand)
+    felt = stand.stimulus(settings)
+    model.check(felt, stand)
+    check_readings(model, felt.timed(model.needs, dwell_s))
     information = Response(stand, model, dwell_s).information(settings)
     allowed = stand.axes.allows(settings, tolerance=_TOLERANCE)
     outside = [int(k) + 1 for k in np.flatnonzero(~allowed)]

@@ -14,7 +14,10 @@ from acalx.options import is_number
 from acalx.quantities.stimulus import VECTORS, Stimulus
 from acalx.stands import Stand
 
-__all__ = ["check_dwell", "check_parts"]
+__all__ = ["check_dwell", "check_parts", "check_readings"]
+
+# Random positions in which a sensor must read something: what is nan somewhere is so in one of them, as a rule.
+_TRIED = 64
 
 
 def check_parts(stand: Stand, model: Model, dwell_s: float) -> None:
@@ -33,7 +36,7 @@ def check_parts(stand: Stand, model: Model, dwell_s: float) -> None:
     model.check(stimulus, stand)
     _check_model(model, stimulus.timed(model.needs, dwell_s), finite=False)
     if not stand.axes.zones:  # within them the stand may have good reasons
-        stimulus = _felt(name, stand, stand.axes.random(np.random.default_rng(0), (2,)))
+        stimulus = _felt(name, stand, stand.axes.random(np.random.default_rng(0), (_TRIED,)))
         for quantity, values in stimulus.items():
             _require_finite(f"{name}: {quantity}", values)
         model.check(stimulus, stand)
@@ -50,8 +53,15 @@ def check_dwell(model: Model, dwell_s: object) -> None:
         raise ArgumentError.of("dwell_s", dwell_s, rule)
 
 
+def check_readings(model: Model, stimulus: Stimulus) -> None:
+    """Raise PluginError unless a sensor without errors reads something in each of some positions."""
+    name = f"{model.called}.readings"
+    found = asked(name, lambda felt: model.readings(model.nominal, felt), stimulus)
+    _require_finite(name, found, stimulus)
+
+
 def _felt(name: str, stand: Stand, settings: Array) -> Stimulus:
-    """What is felt in two positions, of a shape that it can have."""
+    """What is felt in some positions, of a shape that it can have."""
     stimulus = _unchanged(name, stand.stimulus, settings)
     if not isinstance(stimulus, Stimulus):
         raise PluginError(f"{name} gave {type(stimulus).__name__}; expected a Stimulus")
@@ -61,21 +71,23 @@ def _felt(name: str, stand: Stand, settings: Array) -> Stimulus:
         raise PluginError(f"{name}: weights of shape {samples}; expected one for each sample, with the sum 1")
     for quantity, values in stimulus.items():
         width = 3 if quantity in VECTORS else np.shape(values)[-1] if np.ndim(values) == 2 + len(samples) else 1
-        _require(f"{name}: {quantity}", values, (2, *samples, width))
+        _require(f"{name}: {quantity}", values, (len(settings), *samples, width))
     return stimulus
 
 
 def _check_model(model: Model, stimulus: Stimulus, *, finite: bool) -> None:
-    """Regressors and readings at what is felt in two positions, of a sensor without errors."""
+    """Regressors and readings at what is felt in some positions, of a sensor without errors."""
     rows, reads = f"{model.called}.regressors", f"{model.called}.readings"
+    n = len(next(iter(stimulus.values())))
     found = _unchanged(reads, lambda felt: model.readings(model.nominal, felt), stimulus)
-    _require(reads, found, (2, len(model.channels)))
+    _require(reads, found, (n, len(model.channels)))
     if finite:
-        _require_finite(reads, found)
-    found = _unchanged(rows, model.regressors, stimulus)
-    _require(rows, found, (2, model.outputs, len(model.parameters)))
+        _require_finite(reads, found, stimulus)
+    with np.errstate(all="ignore"):  # at the ends of limits it may have good reasons
+        found = _unchanged(rows, model.regressors, stimulus)
+    _require(rows, found, (n, model.outputs, len(model.parameters)))
     if finite:
-        _require_finite(rows, found)
+        _require_finite(rows, found, stimulus)
 
 
 def _unchanged(name: str, method: Callable[[Any], Any], given: Any) -> Any:
@@ -97,7 +109,21 @@ def _require(name: str, values: Any, shape: tuple[int, ...]) -> None:
         raise PluginError(f"{name} has shape {np.shape(values)}; expected {shape}")
 
 
-def _require_finite(name: str, values: Any) -> None:
-    """Raise PluginError unless they are finite."""
-    if not np.isfinite(np.asarray(values, dtype=float)).all():
+def _require_finite(name: str, values: Any, felt: Stimulus | None = None) -> None:
+    """Raise PluginError, with what is felt in the first position where they are not, unless they are finite."""
+    good = np.isfinite(np.asarray(values, dtype=float))
+    if good.all():
+        return
+    if felt is None:
         raise PluginError(f"{name} is not finite")
+    first = int(np.argmin(good.reshape(len(good), -1).all(axis=1)))
+    words = (f"the {quantity.replace('_', ' ')} {_numbers(value[first])}" for quantity, value in felt.mean().items())
+    raise PluginError(
+        f"{name} is not finite in a position with {' and '.join(words)}: it must be wherever the stand goes; mend it, "
+        "or keep the stand from going there by its limits or forbidden zones"
+    )
+
+
+def _numbers(values: Array) -> str:
+    texts = [f"{value:.4g}" for value in values]
+    return texts[0] if len(texts) == 1 else f"({', '.join(texts)})"

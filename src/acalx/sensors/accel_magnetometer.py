@@ -22,7 +22,7 @@ class AccelMagnetometer(Polynomial):
 
     With the specific force a in g and the field b in units of its strength, both in the axes of the accelerometers,
 
-        W_a = bias_a + (I + diag(scale_a) + N_a) a,   W_m = bias_m + (I + diag(scale_m) + N_m) (b - r x b),
+        W_a = bias_a + (I + diag(scale_a) + N_a) a,   W_m = bias_m + (I + diag(scale_m) + N_m) b - r x b,
 
     with triangular N as of `AccelTriad`, and the small rotation r of the magnetometers. Magnitudes show each triad by
     itself; the angle between gravity and the field, the same in every attitude, shows r.

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import chain
 from typing import Any, ClassVar, final
 
 from acalx.quantities.parameter import Parameter
@@ -63,13 +64,14 @@ class AccelTemperature(Polynomial):
     @cached_property
     def terms(self) -> tuple[Term, ...]:
         """Of each accelerometer those without the temperature, then those with it."""
-        return tuple(
-            term
-            for k, axis in enumerate("xyz")
-            for term in (
-                *axis_terms("f", "g", axis, k),
-                Term(Parameter(f"bias_t_{axis}", "bias_t", "g/degC", scatter=1e-4), "t", 1.0, k),
-                Term(Parameter(f"bias_tt_{axis}", "bias_tt", "g/degC^2", scatter=1e-6), "t t", 1.0, k),
-                Term(Parameter(f"scale_t_{axis}", "scale_t", "1/degC", scatter=1e-4), f"t f{axis}", 1.0, k),
-            )
-        )
+        each = ((*axis_terms("f", "g", axis, k), *_thermal(axis, k)) for k, axis in enumerate("xyz"))
+        return tuple(chain.from_iterable(each))
+
+
+def _thermal(axis: str, channel: int) -> list[Term]:
+    """What the temperature does to one of them."""
+    return [
+        Term(Parameter(f"bias_t_{axis}", "bias_t", "g/degC", scatter=1e-4), "t", 1.0, channel),
+        Term(Parameter(f"bias_tt_{axis}", "bias_tt", "g/degC^2", scatter=1e-6), "t t", 1.0, channel),
+        Term(Parameter(f"scale_t_{axis}", "scale_t", "1/degC", scatter=1e-4), f"t f{axis}", 1.0, channel),
+    ]

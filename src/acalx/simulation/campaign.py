@@ -11,6 +11,7 @@ import numpy as np
 
 from acalx.models import Model
 from acalx.numerics.arrays import Array, components
+from acalx.problem.parts import check_readings
 from acalx.quantities.stimulus import Stimulus
 from acalx.simulation.sources import ErrorSources
 from acalx.stands import Stand
@@ -68,6 +69,8 @@ class Campaign:
     ------
     CompatibilityError
         Magnitudes that are not those of the model's groups.
+    PluginError
+        A sensor that does not give what it must.
     """
 
     model: Model
@@ -80,6 +83,7 @@ class Campaign:
 
     def __post_init__(self) -> None:
         self.model.check(self.nominal, self.stand)
+        check_readings(self.model, self.nominal)
         self.sources.check(self.model, self.stand)
 
     @property

@@ -69,7 +69,6 @@ class Chamber(Rotary):
 
     def derivative(self, settings: Array) -> Stimulus:
         """Its exact derivatives, (..., n, 3, 3) and (..., n, 1, 3)."""
-        by_force = np.zeros((*settings.shape[:-1], 3, 3))
-        by_force[..., :2] = super().derivative(settings)["specific_force"]
+        by_force = np.insert(super().derivative(settings)["specific_force"], 2, 0.0, axis=-1)
         by_temperature = np.broadcast_to([0.0, 0.0, 1.0], (*settings.shape[:-1], 1, 3))
         return Stimulus(specific_force=by_force, temperature=by_temperature)

@@ -163,5 +163,5 @@ def _check_derivatives(model: Model, stimulus: Stimulus, rows: Array) -> None:
 
 def _in_units(model: Compared, stimulus: Stimulus, stand: Stand) -> Stimulus:
     """What a sensor feels, in the units that it takes."""
-    model.check(stimulus, stand)
+    Model.check(model, stimulus, stand)  # of the sensor itself the rules here say more
     return model.in_units(stimulus.mean())
