@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import final
 
@@ -9,8 +10,9 @@ import numpy as np
 
 from acalx.errors import CompatibilityError
 from acalx.models.comparisons import Comparison, Residual
+from acalx.models.sensed import unit_length
 from acalx.numerics.arrays import Array
-from acalx.quantities.stimulus import UNITS_OF, Stimulus, conversion
+from acalx.quantities.stimulus import Stimulus
 from acalx.sensors.base import Sensor
 
 __all__ = ["Agreement"]
@@ -48,22 +50,17 @@ class Agreement(Comparison):
         """The length is the same in all positions."""
         return True
 
-    @property
-    def at_once(self) -> bool:
-        """The length of a mean is not the mean of lengths."""
-        return True
-
-    def of_length_one(self, sensor: Sensor) -> tuple[str, ...]:
-        """The vector that all of them feel."""
-        return sensor.senses
+    def lengths(self, sensor: Sensor) -> Mapping[str, float]:
+        """That of the vector which all of them feel."""
+        return {name: unit_length(sensor, name) for name in sensor.senses}
 
     def residual(self, sensor: Sensor, parameters: Array, readings: Array, known: Stimulus | None) -> Residual:
         """Length and differences of what the triads say, their rows and their derivatives by the readings."""
         (quantity,) = sensor.senses
         vectors, slopes, by_parameters = _each(sensor, parameters, readings, known)
         length = np.sqrt((vectors[0] ** 2).sum(axis=-1, keepdims=True))
-        target = conversion(UNITS_OF[quantity], sensor.needs[quantity]) or 1.0
-        value = np.concatenate([length - target, *(vector - vectors[0] for vector in vectors[1:])], axis=-1)
+        left = length - unit_length(sensor, quantity)
+        value = np.concatenate([left, *(vector - vectors[0] for vector in vectors[1:])], axis=-1)
         with np.errstate(invalid="ignore", divide="ignore"):
             along = (vectors[0] / length)[..., None, :]
         rows, by_readings = [along @ by_parameters[0]], [along @ slopes[0]]
@@ -89,7 +86,7 @@ def _each(
             left = readings[..., own] - sensor.readings(parameters, at)[..., own]
             step = (_inverse(sensor, parameters, at, own, shape) @ left[..., None])[..., 0]
             vector = vector + step
-            if not np.abs(step).max(initial=0.0) > _SETTLED:
+            if not (np.abs(step) > _SETTLED * (1.0 + np.abs(vector))).any():
                 break
         at = Stimulus({**others, quantity: vector})
         by_reading = np.zeros((*shape, 3, k))

@@ -9,11 +9,12 @@ from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Protocol
 import numpy as np
 
 from acalx.errors import CompatibilityError, Option
+from acalx.models.numerical import numerical_derivative
 from acalx.numerics.arrays import Array
 from acalx.quantities.information import Information
 from acalx.quantities.parameter import Parameter
 from acalx.quantities.stimulus import Stimulus, conversion
-from acalx.sensors.base import Channel, differences, suits
+from acalx.sensors.base import Channel, suits
 
 if TYPE_CHECKING:
     from acalx.models.comparisons import Comparison
@@ -141,23 +142,17 @@ class Model(ABC):
     def derivative(self, stimulus: Stimulus) -> Stimulus:
         """Derivatives of the regressors with respect to the stimulus, arrays (..., n, m, p, width).
 
-        The default differentiates `regressors` numerically.
+        Of means over K samples by each of them, (..., n, K, m, p, width). The default differentiates `regressors`
+        numerically.
         """
-        step = 1e-3
-        derivatives = {}
-        for name in self.needs:
-            value = stimulus[name]
-
-            def shifted(shift: Array, name: str = name, value: Array = value) -> Array:
-                return self.regressors(stimulus.made({**stimulus, name: value + shift}))
-
-            derivatives[name] = differences(shifted, np.full(value.shape[-1], step))
-        return stimulus.made(derivatives)
+        return numerical_derivative(self.regressors, stimulus, self.needs)
 
     def pull(self, stimulus: Stimulus, rows: Array) -> Stimulus:
         """From a gradient with respect to the regressors, (..., n, m, p), to the stimulus, (..., n, width)."""
         by_stimulus = self.derivative(stimulus).items()
-        return stimulus.made({name: np.einsum("...nmp,...nmpk->...nk", rows, each) for name, each in by_stimulus})
+        if stimulus.weights is not None:
+            rows = rows[..., None, :, :]
+        return stimulus.made({name: np.einsum("...mp,...mpk->...k", rows, each) for name, each in by_stimulus})
 
     def check(self, stimulus: Stimulus, stand: _Stand) -> None:
         """Raise CompatibilityError where the stand does not provide what the model needs, or in another unit."""

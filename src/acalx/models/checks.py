@@ -12,6 +12,7 @@ from acalx.sensors.base import Sensor
 
 __all__ = ["check_compared"]
 
+# Relative; a length that is off by as much adds as much to scales, far below what anyone calibrates to.
 _SLACK = 1e-6
 
 
@@ -34,7 +35,8 @@ def check_compared(sensor: Sensor, comparison: Comparison, stimulus: Stimulus, s
     CompatibilityError
         A comparison that can't be had there.
     """
-    check_sensor(sensor, stimulus.timed(sensor.needs, 1.0).in_units(sensor.needs).without_samples())
+    felt = stimulus.timed(sensor.needs, 1.0).in_units(sensor.needs)
+    check_sensor(sensor, felt.without_samples())
     kind = type(comparison).__name__
     if comparison.at_once and stimulus.weights is not None:
         raise CompatibilityError(
@@ -44,17 +46,19 @@ def check_compared(sensor: Sensor, comparison: Comparison, stimulus: Stimulus, s
             stand=stand,
             kind=kind,
         )
-    for name in comparison.of_length_one(sensor):
-        lengths = np.linalg.norm(stimulus.mean()[name], axis=-1)
-        wrong = np.abs(lengths - 1.0) > _SLACK
+    for name, length in comparison.lengths(sensor).items():
+        lengths = np.linalg.norm(felt.mean()[name], axis=-1)
+        wrong = np.abs(lengths - length) > _SLACK * length
         if wrong.any():
             raise CompatibilityError(
-                "{kind} takes the length of the {quantity} for 1, but on stand {stand} it is {length:.4g}: compare the "
-                "readings of {sensor} themselves, by Outputs, or lengths that differ, {varies}",
+                "{kind} takes the length of the {quantity} for {known:.4g}, but on stand {stand} it is {length:.4g}: "
+                "compare the readings of {sensor} themselves, by Outputs, or lengths that differ, by Magnitude with "
+                "{varies}",
                 kind=kind,
                 quantity=name.replace("_", " "),
                 stand=stand,
+                known=length,
                 length=float(lengths[wrong].ravel()[0]),
                 sensor=type(sensor).__name__,
-                varies=Option("model.comparison.varies", True),
+                varies=Option("varies", True),
             )

@@ -13,7 +13,6 @@ from acalx.models.contract import check_declared
 from acalx.models.sensor_model import SensorModel
 from acalx.options import require_part
 from acalx.sensors.base import Sensor
-from acalx.sensors.polynomial import Part, Polynomial
 
 __all__ = ["Compared", "as_model", "compared_by"]
 
@@ -55,9 +54,11 @@ class Compared(SensorModel):
     def by_kind(self) -> tuple[Model, ...]:
         """A model of each kind of sensors in it, where they share no parameters and the readings are compared."""
         kinds, sensor = self.sensor.parts, self.sensor
-        if len(kinds) == 1 or not isinstance(sensor, Polynomial) or not isinstance(self.comparison, Outputs):
+        if len(kinds) == 1 or not self.comparison.of_readings:
             return (self,)
-        parts = [Part(sensor, tuple(numbers), kind) for kind, numbers in kinds.items()]
+        parts = [part for kind, numbers in kinds.items() if (part := sensor.part(numbers, kind)) is not None]
+        if len(parts) < len(kinds):
+            return (self,)
         names = [{parameter.name for parameter in part.parameters} for part in parts]
         if sum(map(len, names)) > len(self.parameters):
             return (self,)

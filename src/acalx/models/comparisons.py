@@ -3,20 +3,21 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple, final
 
 import numpy as np
 
-from acalx.errors import ArgumentError
+from acalx.errors import ArgumentError, CompatibilityError
 from acalx.models.standins import Faultless
+from acalx.models.table import Entry
 from acalx.numerics.arrays import Array
 from acalx.options import keep
-from acalx.quantities.stimulus import Stimulus
+from acalx.quantities.stimulus import VECTORS, Stimulus
 from acalx.sensors.base import Sensor
 
-__all__ = ["Comparison", "Outputs", "Residual", "Together"]
+__all__ = ["Comparison", "Outputs", "Residual", "Together", "anything"]
 
 
 class Residual(NamedTuple):
@@ -70,12 +71,21 @@ class Comparison(ABC):
 
     @property
     def at_once(self) -> bool:
-        """Whether it asks what was felt, of which a position must have one and not a motion."""
+        """Whether it asks what was felt, of which a position must have one and not a motion; by default it does."""
+        return True
+
+    @property
+    def of_readings(self) -> bool:
+        """Whether the residuals are those of the readings, channel by channel."""
         return False
 
-    def of_length_one(self, sensor: Sensor) -> tuple[str, ...]:
-        """Vectors whose length it takes for 1, in the unit of the stimulus."""
-        return ()
+    def lengths(self, sensor: Sensor) -> Mapping[str, float]:
+        """Vectors whose length it takes as known, with that length in the unit in which the sensor takes them."""
+        return {}
+
+    def entries(self, sensor: Sensor, noise: Array) -> list[Entry] | None:
+        """The rows of a sensor without errors over noise (k,) as a table of products; None, the default: as `rows`."""
+        return None
 
     def rows(self, sensor: Sensor, stimulus: Stimulus) -> Residual:
         """The residual of a sensor without errors or noise, and its rows there."""
@@ -93,6 +103,22 @@ class Outputs(Comparison):
 
     def check(self, sensor: Sensor) -> None:
         """Every sensor has outputs."""
+
+    @property
+    def at_once(self) -> bool:
+        """A reading may be a mean along a motion."""
+        return False
+
+    @property
+    def of_readings(self) -> bool:
+        """These are the readings."""
+        return True
+
+    def entries(self, sensor: Sensor, noise: Array) -> list[Entry] | None:
+        """The sensor's own table, where it has one."""
+        if sensor.table is None:
+            return None
+        return [(channel, number, factor / noise[channel], words) for channel, number, factor, words in sensor.table]
 
     def count(self, sensor: Sensor) -> int:
         """As many as there are channels."""
@@ -129,9 +155,24 @@ class Together(Comparison):
         keep(self, "comparisons")
 
     def check(self, sensor: Sensor) -> None:
-        """Refuse what one of them refuses."""
+        """Refuse what one of them refuses, and comparisons of which one follows from the others."""
         for each in self.comparisons:
             each.check(sensor)
+        if not self._independent(sensor):
+            raise CompatibilityError(
+                f"{', '.join(type(each).__name__ for each in self.comparisons)} together count {self.count(sensor)} "
+                f"residuals of the {len(sensor.channels)} readings of {type(sensor).__name__}, of which some follow "
+                "from the others: leave out what says nothing of its own"
+            )
+
+    def _independent(self, sensor: Sensor) -> bool:
+        """Whether each residual has noise that the others don't have, where anything may be felt."""
+        if self.count(sensor) > len(sensor.channels):
+            return False
+        by_readings = self.rows(sensor, anything(sensor, 3)).by_readings
+        scaled = by_readings * np.array([channel.noise for channel in sensor.channels])
+        scaled = scaled / np.linalg.norm(scaled, axis=-1, keepdims=True)
+        return not np.isfinite(scaled).all() or bool((np.linalg.matrix_rank(scaled) == self.count(sensor)).any())
 
     def count(self, sensor: Sensor) -> int:
         """As many as all of them have."""
@@ -146,9 +187,9 @@ class Together(Comparison):
         """Where one of them does."""
         return any(each.at_once for each in self.comparisons)
 
-    def of_length_one(self, sensor: Sensor) -> tuple[str, ...]:
-        """What any of them does."""
-        return tuple(dict.fromkeys(name for each in self.comparisons for name in each.of_length_one(sensor)))
+    def lengths(self, sensor: Sensor) -> Mapping[str, float]:
+        """What any of them takes as known."""
+        return {name: length for each in self.comparisons for name, length in each.lengths(sensor).items()}
 
     def residual(self, sensor: Sensor, parameters: Array, readings: Array, known: Stimulus | None) -> Residual:
         """Their residuals side by side."""
@@ -165,3 +206,12 @@ class Together(Comparison):
         return Residual(
             side([part.value for part in parts]), side([part.rows for part in parts], p), side(by_readings, k)
         )
+
+
+def anything(sensor: Sensor, n: int) -> Stimulus:
+    """What no stand does in particular: so many random positions in the units that a sensor takes."""
+    rng = np.random.default_rng(0)
+    widths = {name: 3 if name in VECTORS else 1 for name in sensor.needs}
+    felt = {name: rng.standard_normal((n, width)) for name, width in widths.items()}
+    positive = {name: value if widths[name] > 1 else 1.0 + np.abs(value) for name, value in felt.items()}
+    return Stimulus(positive, units=sensor.needs)

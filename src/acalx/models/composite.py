@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
 from itertools import pairwise, starmap
@@ -224,18 +224,18 @@ class Composite(Model):
 
     def residual(self, parameters: Array, readings: Array, known: Stimulus | None) -> tuple[Array, Array]:
         """What parameters leave of the comparison of each part."""
-        return self._side_by_side("residual", parameters, readings, known)
+        return self._side_by_side(lambda model, *given: model.residual(*given), parameters, readings, known)
 
     def linearized(self, parameters: Array, readings: Array, known: Stimulus | None) -> tuple[Array, Array]:
         """The same to first order in the parameters."""
-        return self._side_by_side("linearized", parameters, readings, known)
+        return self._side_by_side(lambda model, *given: model.linearized(*given), parameters, readings, known)
 
     def _side_by_side(
-        self, which: str, parameters: Array, readings: Array, known: Stimulus | None
+        self, of: Callable[..., tuple[Array, Array]], parameters: Array, readings: Array, known: Stimulus | None
     ) -> tuple[Array, Array]:
         n, p = readings.shape[-2], len(self.parameters)
         found = [
-            getattr(model, which)(parameters[..., own], readings[..., place], known)
+            of(model, parameters[..., own], readings[..., place], known)
             for model, (_, own), place in zip(self.models, self._blocks, self._readings, strict=True)
         ]
         stack = np.broadcast_shapes(*(value.shape[:-1] for value, _ in found), *(rows.shape[:-2] for _, rows in found))

@@ -28,10 +28,9 @@ def felt_of(
         What else the readings depend on, in the sensor's units.
     """
     felt, units = sensor.felt(parameters, readings, others), dict(sensor.needs)
-    if not comparison.by_length:
-        return Stimulus(dict(felt), units=units)
-    lengths = {name: np.linalg.norm(felt[name], axis=-1, keepdims=True) for name in sensor.senses}
-    return Stimulus({**felt, **{name: felt[name] / length for name, length in lengths.items()}}, units=units)
+    known = comparison.lengths(sensor).items()
+    sized = {name: felt[name] * (length / np.linalg.norm(felt[name], axis=-1, keepdims=True)) for name, length in known}
+    return Stimulus({**felt, **sized}, units=units)
 
 
 def corrected_of(sensor: Sensor, parameters: Array, readings: Array, known: Stimulus | None) -> Array:

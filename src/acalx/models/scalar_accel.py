@@ -71,7 +71,7 @@ class ScalarAccel(SensorModel):
 
     def regressors(self, stimulus: Stimulus) -> Array:
         """Rows h of the residual of the magnitude, (..., n, 1, p): the vertical, its squares and products."""
-        if stimulus.weights is not None:
+        if not stimulus.plain:
             return super().regressors(stimulus)
         force = stimulus["specific_force"]
         rows = empty_as(force, (*force.shape[:-1], 9))
@@ -85,7 +85,7 @@ class ScalarAccel(SensorModel):
 
     def derivative(self, stimulus: Stimulus) -> Stimulus:
         """Derivatives of the rows with respect to the specific force, (..., n, 1, p, 3)."""
-        if stimulus.weights is not None:
+        if not stimulus.plain:
             return super().derivative(stimulus)
         force = stimulus["specific_force"]
         x, y, z = (force[..., k] for k in range(3))
@@ -102,14 +102,14 @@ class ScalarAccel(SensorModel):
 
     def pull(self, stimulus: Stimulus, rows: Array) -> Stimulus:
         """From a gradient with respect to the rows, (..., n, 1, p), to the specific force, (..., n, 3)."""
-        if stimulus.weights is not None:
+        if not stimulus.plain:
             return super().pull(stimulus, rows)
         by_force = self.derivative(stimulus)["specific_force"]
         return Stimulus(specific_force=np.einsum("...nmp,...nmpk->...nk", rows, by_force))
 
     def readings(self, parameters: Array, stimulus: Stimulus) -> Array:
         """Noise-free readings W (..., n, 3) of a triad with these errors (..., p), in g."""
-        if stimulus.weights is not None:
+        if not stimulus.plain:
             return super().readings(parameters, stimulus)
         bx, by, bz, sx, sy, sz, xy, xz, zy = self._nine(parameters)
         x, y, z = np.moveaxis(stimulus["specific_force"], -1, 0)

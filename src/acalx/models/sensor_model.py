@@ -9,17 +9,18 @@ from typing import Any
 
 import numpy as np
 
+from acalx.errors import CompatibilityError
 from acalx.models.base import Model, Noises, noises_of
 from acalx.models.blocks import Blocks, by_blocks, in_blocks, touched
 from acalx.models.checks import check_compared
 from acalx.models.comparisons import Comparison
 from acalx.models.corrected import corrected_of, felt_of
-from acalx.models.polynomial import table_of
+from acalx.models.numerical import coupled_pull
 from acalx.models.prior import prior_information
 from acalx.models.standins import Averaged
 from acalx.models.start import generic_least, sphere_start
 from acalx.models.table import Table
-from acalx.models.whitening import correlated, decorrelated, flat, passed_on, whitened
+from acalx.models.whitening import correlated, flat, over_shared, passed_on, whitened
 from acalx.numerics.arrays import Array
 from acalx.options import keep
 from acalx.quantities.information import Information
@@ -104,7 +105,7 @@ class SensorModel(Model):
         """Rows of the comparison for a sensor without errors, over the noise, (..., n, m, p); means over samples."""
         felt = self.in_units(stimulus)
         if self._table is not None:
-            return self._decorrelated(felt, self._table.rows(felt))
+            return over_shared(self._correlation(felt), self._table.rows(felt))
         at = self.comparison.rows(self.sensor, felt.mean())
         rows = at.rows
         if felt.weights is not None:  # the mean of products, not the product of means
@@ -112,21 +113,23 @@ class SensorModel(Model):
             each = slopes.reshape((*slopes.shape[:-3], -1, len(felt.weights), *slopes.shape[-2:]))
             rows = np.einsum("k,...kjp->...jp", felt.weights, each)
             rows = rows if at.by_readings is None else at.by_readings @ rows
-        return self._decorrelated(felt, whitened(self._noise(felt), at.value, rows, at.by_readings)[1])
+        return whitened(self._noise(felt), at.value, rows, at.by_readings, self._correlation(felt))[1]
 
     def derivative(self, stimulus: Stimulus) -> Stimulus:
         """Derivatives of the rows: exact where they are polynomials."""
         if self._table is None:
             return super().derivative(stimulus)
-        return self._from_units(self._table.derivative(self.in_units(stimulus)), stimulus)
+        return stimulus.from_units(self._table.derivative(self.in_units(stimulus)), self.needs)
 
     def pull(self, stimulus: Stimulus, rows: Array) -> Stimulus:
         """From a gradient with respect to the rows, (..., n, m, p), to the stimulus."""
         felt = self.in_units(stimulus)
-        rows = self._decorrelated(felt, rows, back=True)
-        if self._table is None:
+        if self._table is not None:
+            rows = over_shared(self._correlation(felt), rows, back=True)
+            return stimulus.from_units(self._table.pull(felt, rows), self.needs)
+        if self._independent:
             return super().pull(stimulus, rows)
-        return self._from_units(self._table.pull(felt, rows), stimulus)
+        return coupled_pull(self.regressors, stimulus, self.sensor.needs, rows)
 
     def information_of(self, regressors: Array) -> Information:
         """Information of programs whose rows are there already: block by block where outputs share no parameters."""
@@ -171,8 +174,7 @@ class SensorModel(Model):
 
     def shared_noise(self, noise: Array, stimulus: Stimulus) -> Array:
         """The noise of positions with the correlations that the sensor says."""
-        felt = stimulus.mean()
-        return noise if self._independent else correlated(self.sensor.correlation(felt["time"][..., 0]), noise)
+        return correlated(self._correlation(stimulus), noise)
 
     def residual(self, parameters: Array, readings: Array, known: Stimulus | None) -> tuple[Array, Array]:
         """What parameters leave of the comparison, over its noise."""
@@ -181,11 +183,7 @@ class SensorModel(Model):
             self._averaged(felt), parameters, readings, None if felt is None else felt.mean()
         )
         sigma = self._noise_of(parameters, readings, felt)
-        value, rows = whitened(sigma, found.value, found.rows, found.by_readings)
-        if not self._independent:
-            assert felt is not None  # `knows` says the time
-            value, rows = self._decorrelated(felt, value[..., None])[..., 0], self._decorrelated(felt, rows)
-        return flat(value, rows)
+        return flat(*whitened(sigma, found.value, found.rows, found.by_readings, self._correlation(felt)))
 
     def linearized(self, parameters: Array, readings: Array, known: Stimulus | None) -> tuple[Array, Array]:
         """The same to first order: rows of a sensor without errors, where the attitude is known those of that."""
@@ -200,9 +198,11 @@ class SensorModel(Model):
 
     def start(self, readings: Array, known: Stimulus | None) -> Array:
         """The parameters of a sensor without errors, or where only a length is known those of a sphere's fit."""
-        if not self.comparison.by_length or len(self.channels) % 3:
+        lengths = self.comparison.lengths(self.sensor)
+        if not self.comparison.by_length or self.sensor.senses != tuple(lengths) or len(self.channels) % 3:
             return super().start(readings, known)
-        return sphere_start(self.sensor, readings, None if known is None else self.in_units(known).mean())
+        (length,) = lengths.values()
+        return sphere_start(self.sensor, readings, None if known is None else self.in_units(known).mean(), length)
 
     def felt(self, parameters: Array, readings: Array, known: Stimulus | None) -> Stimulus | None:
         """What is known of it, or where it follows from the readings that, with the length that it has."""
@@ -232,12 +232,17 @@ class SensorModel(Model):
         felt = None if known is None else self.in_units(known).mean()
         by_readings = self.comparison.residual(self.sensor, parameters, readings, felt).by_readings
         sigma = self._noise_of(parameters, readings, felt)
+        if not self._independent and np.ptp(own / sigma, axis=0).any():
+            raise CompatibilityError(
+                f"{self.called} has noise that positions share: readings with standard deviations of their own can't "
+                "be weighted beside it; leave these out"
+            )
         return passed_on(own, sigma, by_readings)
 
     @cached_property
     def noises(self) -> Noises:
         """One for each unit of the channels where their readings themselves are compared; one in all otherwise."""
-        if self.outputs != len(self.channels):
+        if not self.comparison.of_readings:
             return super().noises
         units = list(dict.fromkeys(channel.unit for channel in self.channels))
         of_outputs = np.array([units.index(channel.unit) for channel in self.channels])
@@ -251,15 +256,16 @@ class SensorModel(Model):
     @cached_property
     def _table(self) -> Table | None:
         """The rows as polynomials in the stimulus, where they are that."""
-        return None if self._fixed_noise is None else table_of(self.sensor, self.comparison, self._fixed_noise)
+        together = not self._independent and not self.comparison.of_readings  # whitened by what is felt elsewhere
+        if self._fixed_noise is None or together or self.nominal.any():
+            return None
+        entries = self.comparison.entries(self.sensor, self._fixed_noise)
+        return None if entries is None else Table(self.outputs, len(self.parameters), tuple(entries))
 
     @cached_property
     def _fixed_noise(self) -> Array | None:
         """Standard deviations of the readings (k,), where they don't depend on the stimulus."""
-        try:
-            return np.asarray(self.sensor.deviations(Stimulus()), dtype=float)
-        except KeyError:  # it asks for something that is felt
-            return None
+        return None if self.sensor.noise_varies else np.asarray(self.sensor.deviations(Stimulus()), dtype=float)
 
     def _noise(self, felt: Stimulus) -> Array:
         """Standard deviations of the readings, (k,) or (..., n, k)."""
@@ -283,18 +289,12 @@ class SensorModel(Model):
         """The stimulus in the units that the sensor takes."""
         return stimulus.in_units(self.needs)
 
-    def _from_units(self, gradient: Stimulus, stimulus: Stimulus) -> Stimulus:
-        """A gradient by what the sensor takes as one by what the stand gives."""
-        factors = stimulus.factors({name: self.needs[name] for name in gradient})
-        if all(factor == 1.0 for factor in factors.values()):
-            return gradient
-        return gradient.made({name: factors[name] * value for name, value in gradient.items()})
-
-    def _decorrelated(self, felt: Stimulus, rows: Array, *, back: bool = False) -> Array:
-        """Rows (..., n, m, p) over noise that positions share; back: a gradient by such rows."""
+    def _correlation(self, felt: Stimulus | None) -> Array | None:
+        """Correlations of the noise of positions, (..., n, n); None where they share none."""
         if self._independent:
-            return rows
-        return decorrelated(self.sensor.correlation(felt.mean()["time"][..., 0]), rows, back=back)
+            return None
+        assert felt is not None  # `knows` and `needs` say the time
+        return self.sensor.correlation(felt.mean()["time"][..., 0])
 
     def _averaged(self, felt: Stimulus | None) -> Sensor:
         return self.sensor if felt is None or felt.weights is None else Averaged(self.sensor, felt)

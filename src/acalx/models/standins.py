@@ -44,6 +44,11 @@ class _StandIn(Sensor):
         """The same as of the sensor itself."""
         return self.sensor.deviations(stimulus)
 
+    @property
+    def noise_varies(self) -> bool:
+        """The same as of the sensor itself."""
+        return self.sensor.noise_varies
+
 
 class Averaged(_StandIn):
     """A sensor whose readings are means over the samples of a known stimulus in each position."""

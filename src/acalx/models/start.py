@@ -17,10 +17,11 @@ from acalx.sensors.base import Sensor
 __all__ = ["generic_least", "sphere_start"]
 
 
-def sphere_start(sensor: Sensor, readings: Array, known: Stimulus | None) -> Array:
+def sphere_start(sensor: Sensor, readings: Array, known: Stimulus | None, length: float) -> Array:
     """Parameters (..., p) of a sensor whose triads read the spheres that their readings (..., n, k) lie on, nearly.
 
     The first triad lies along the axes; each other one is turned to it as its readings are to those of the first.
+    The vector has the length that is given, in the unit in which the sensor takes it.
     """
     directions = np.array([each for each in itertools.product((-1.0, 0.0, 1.0), repeat=3) if any(each)])
     directions /= np.linalg.norm(directions, axis=1, keepdims=True)
@@ -30,7 +31,7 @@ def sphere_start(sensor: Sensor, readings: Array, known: Stimulus | None) -> Arr
         name: np.broadcast_to(each.mean(axis=-2).reshape(-1, each.shape[-1])[:1], (count, each.shape[-1]))
         for name, each in others.items()
     }
-    at = Stimulus({**around, sensor.senses[0]: directions})
+    at = Stimulus({**around, sensor.senses[0]: length * directions})
     rows = sensor.by_parameters(sensor.nominal, at)  # (26, k, p)
     triads = [readings[..., k : k + 3] for k in range(0, readings.shape[-1], 3)]
     fits = [fit_sphere(triad) for triad in triads]

@@ -2,20 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import final
 
 import numpy as np
 
-from acalx.errors import ArgumentError, CompatibilityError, Option
+from acalx.errors import ArgumentError, CompatibilityError
 from acalx.models.comparisons import Comparison, Residual
+from acalx.models.sensed import along, of_sensor, unit_length
+from acalx.models.table import Entry
 from acalx.numerics.arrays import Array
-from acalx.options import keep, require_switch
-from acalx.quantities.stimulus import UNITS_OF, VECTORS, Stimulus, conversion
+from acalx.options import is_number, keep, require_switch
+from acalx.quantities.stimulus import Stimulus
 from acalx.sensors.base import Sensor
 
-__all__ = ["Angle", "Magnitude", "Projection", "of_sensor"]
+__all__ = ["Angle", "Magnitude", "Projection"]
 
 
 @final
@@ -62,14 +65,14 @@ class Magnitude(Comparison):
         """Unless the length varies."""
         return not self.varies
 
-    @property
-    def at_once(self) -> bool:
-        """The length of a mean is not the mean of lengths."""
-        return True
+    def lengths(self, sensor: Sensor) -> Mapping[str, float]:
+        """That of the vector, unless it varies."""
+        quantity = of_sensor(sensor, self.quantity)
+        return {} if self.varies else {quantity: unit_length(sensor, quantity)}
 
-    def of_length_one(self, sensor: Sensor) -> tuple[str, ...]:
-        """The vector, unless its length varies."""
-        return () if self.varies else (of_sensor(sensor, self.quantity),)
+    def entries(self, sensor: Sensor, noise: Array) -> list[Entry] | None:
+        """The readings along the vector, where it has length 1 and they are nothing else."""
+        return None if self.varies else along(sensor, of_sensor(sensor, self.quantity), noise)
 
     def residual(self, sensor: Sensor, parameters: Array, readings: Array, known: Stimulus | None) -> Residual:
         """|s| - |s0|, its rows u' inv(S) G, with u = s / |s|, S and G the derivatives of the readings by s and X."""
@@ -82,7 +85,7 @@ class Magnitude(Comparison):
             assert known is not None  # `knows` says so
             target = _lengths(known[quantity])
         else:
-            target = conversion(UNITS_OF[quantity], sensor.needs[quantity]) or 1.0
+            target = unit_length(sensor, quantity)
         with np.errstate(invalid="ignore", divide="ignore"):  # nan where nothing was felt
             slopes = {quantity: (vector / length)[..., None, :]}
         return _by_felt(sensor, parameters, felt, length - target, slopes)
@@ -112,15 +115,25 @@ class Projection(Comparison):
         """Refuse a sensor whose readings are not the three components of the vector."""
         quantity = of_sensor(sensor, self.quantity, "projection")
         if sensor.senses != (quantity,):
-            raise CompatibilityError(f"{type(sensor).__name__} reads more than the {_words(quantity)}")
+            raise CompatibilityError(f"{type(sensor).__name__} reads more than the {quantity.replace('_', ' ')}")
 
     def count(self, sensor: Sensor) -> int:
         """One a position, a component."""
         return 1
 
-    def of_length_one(self, sensor: Sensor) -> tuple[str, ...]:
-        """The vector that is projected on."""
-        return (of_sensor(sensor, self.quantity),)
+    @property
+    def at_once(self) -> bool:
+        """It is linear in what was felt, means included."""
+        return False
+
+    def lengths(self, sensor: Sensor) -> Mapping[str, float]:
+        """That of the vector that is projected on."""
+        quantity = of_sensor(sensor, self.quantity)
+        return {quantity: unit_length(sensor, quantity)}
+
+    def entries(self, sensor: Sensor, noise: Array) -> list[Entry] | None:
+        """The readings along the vector, where it has length 1 and they are nothing else."""
+        return along(sensor, of_sensor(sensor, self.quantity), noise)
 
     def residual(self, sensor: Sensor, parameters: Array, readings: Array, known: Stimulus | None) -> Residual:
         """eta' (W - f(X, s)), and eta' times the derivatives of f."""
@@ -143,9 +156,13 @@ class Angle(Comparison):
     ----------
     quantities : pair of str
         Vectors that the sensor senses.
+    angle_deg : float, optional
+        Between them, where it is known: 90 degrees and the dip for the specific force, which points up at rest, and the
+        magnetic field. Of the attitude nothing need be known then. None: it follows from the attitude of each position.
     """
 
     quantities: Sequence[str] = ("specific_force", "magnetic_field")
+    angle_deg: float | None = None
 
     def __post_init__(self) -> None:
         given = self.quantities
@@ -154,6 +171,9 @@ class Angle(Comparison):
                 "quantities", given, "give two different vectors", ["specific_force", "angular_rate"]
             )
         keep(self, "quantities")
+        angle = self.angle_deg
+        if angle is not None and (not is_number(angle) or not 0.0 < angle < 180.0):
+            raise ArgumentError.of("angle_deg", angle, "the angle between two vectors lies between 0 and 180 degrees")
 
     def check(self, sensor: Sensor) -> None:
         """Refuse a sensor whose readings do not give both vectors."""
@@ -164,22 +184,27 @@ class Angle(Comparison):
         """One a position, a cosine."""
         return 1
 
-    @property
-    def at_once(self) -> bool:
-        """The angle between means is not the mean of angles."""
-        return True
+    def knows(self, sensor: Sensor) -> tuple[str, ...]:
+        """The attitude, unless the angle is known."""
+        return tuple(name for name in sensor.needs if self.angle_deg is None or name not in sensor.senses)
 
     def residual(self, sensor: Sensor, parameters: Array, readings: Array, known: Stimulus | None) -> Residual:
         """u . v - c0 for unit vectors u and v of what was felt, and its rows."""
-        assert known is not None  # `knows` says all of it
         felt = sensor.felt(parameters, readings, known)
         (u, size), (v, other) = (_unit(felt[name]) for name in self.quantities)
-        (first, _), (second, _) = (_unit(known[name]) for name in self.quantities)
         cosine = (u * v).sum(axis=-1, keepdims=True)
-        value = cosine - (first * second).sum(axis=-1, keepdims=True)
+        value = cosine - self._known(known)
         one, two = self.quantities
         slopes = {one: ((v - cosine * u) / size)[..., None, :], two: ((u - cosine * v) / other)[..., None, :]}
         return _by_felt(sensor, parameters, felt, value, slopes)
+
+    def _known(self, known: Stimulus | None) -> Array | float:
+        """The cosine as it should be, (..., n, 1), or one for all."""
+        if self.angle_deg is not None:
+            return math.cos(math.radians(self.angle_deg))
+        assert known is not None  # `knows` says all of it
+        (first, _), (second, _) = (_unit(known[name]) for name in self.quantities)
+        return np.asarray((first * second).sum(axis=-1, keepdims=True))
 
 
 def _by_felt(sensor: Sensor, parameters: Array, felt: Stimulus, value: Array, slopes: dict[str, Array]) -> Residual:
@@ -213,38 +238,6 @@ def _solved(matrix: Array, right: Array) -> Array:
         return np.asarray(np.linalg.solve(matrix, right), dtype=float)
     except np.linalg.LinAlgError:
         return np.full_like(right, np.nan)
-
-
-def of_sensor(sensor: Sensor, quantity: str | None, what: str = "") -> str:
-    """The vector that is compared: the one that is named, or the only one that a sensor senses.
-
-    Raises
-    ------
-    CompatibilityError
-        One that does not follow from its readings; several where none is named.
-    """
-    components = sum(3 if name in VECTORS else 1 for name in sensor.senses)
-    if components == len(sensor.channels) and quantity is None and len(sensor.senses) == 1:
-        return sensor.senses[0]
-    if components != len(sensor.channels) or quantity not in sensor.senses:
-        whole = sensor.senses and components == len(sensor.channels)
-        raise CompatibilityError(
-            "{given}: {sensor} has no {what} of the {quantity} to compare; its readings give {senses}: "
-            + ("name one of them, as in {one}, or compare" if whole else "compare")
-            + " the readings themselves, by Outputs",
-            given=Option("quantity", quantity),
-            sensor=type(sensor).__name__,
-            what=what or "vector",
-            quantity=_words(quantity or "one vector"),
-            senses=", ".join(map(_words, sensor.senses)) or "no vector by themselves",
-            one=Option("quantity", sensor.senses[0] if whole else None),
-        )
-    assert quantity is not None  # which is none of them
-    return quantity
-
-
-def _words(quantity: str) -> str:
-    return quantity.replace("_", " ")
 
 
 def _lengths(vector: Array) -> Array:

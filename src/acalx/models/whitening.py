@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 
+from acalx.errors import PluginError
 from acalx.numerics.arrays import Array
 
-__all__ = ["correlated", "decorrelated", "flat", "passed_on", "whitened"]
+__all__ = ["correlated", "flat", "over_shared", "passed_on", "whitened"]
 
 
-def whitened(sigma: Array, value: Array, rows: Array, by_readings: Array | None) -> tuple[Array, Array]:
-    """A residual and its rows over the noise of the readings, which several residuals of a position may share.
+def whitened(
+    sigma: Array, value: Array, rows: Array, by_readings: Array | None, correlation: Array | None = None
+) -> tuple[Array, Array]:
+    """A residual and its rows over the noise of the readings, which residuals and positions may share.
 
     Parameters
     ----------
@@ -19,14 +22,20 @@ def whitened(sigma: Array, value: Array, rows: Array, by_readings: Array | None)
     value : array (..., n, m)
     rows : array (..., n, m, p)
     by_readings : array (..., n, m, k), or None where the residual is the readings themselves
+    correlation : array (..., n, n), optional
+        Of the noise of each channel in n positions; None: positions share none.
 
     Returns
     -------
-    Both, with a noise of unit covariance: over the lower Cholesky factor of J diag(sigma^2) J'.
+    Both, with a noise of unit covariance: over the lower Cholesky factor of J diag(sigma^2) J', of positions that
+    share noise of all of them together.
     """
     if by_readings is None:
-        return value / sigma, rows / sigma[..., None]
+        value, rows = value / sigma, rows / sigma[..., None]
+        return over_shared(correlation, value[..., None])[..., 0], over_shared(correlation, rows)
     scaled = by_readings * sigma[..., None, :]
+    if correlation is not None:
+        return _together(correlation, value, rows, scaled)
     if value.shape[-1] == 1:
         size = np.sqrt((scaled * scaled).sum(axis=-1))
         return value / size, rows / size[..., None]
@@ -55,22 +64,45 @@ def passed_on(own: Array, sigma: Array, by_readings: Array | None) -> Array:
     return np.asarray(passed[0] / passed[1]).reshape(-1)
 
 
-def decorrelated(correlation: Array | None, rows: Array, *, back: bool = False) -> Array:
-    """Rows (..., n, m, p) over the Cholesky factor L of the correlations of n positions, (..., n, n).
+def _together(correlation: Array, value: Array, rows: Array, scaled: Array) -> tuple[Array, Array]:
+    """The same where what the residuals make of noise, J diag(sigma) (..., n, m, k), has to do with other positions."""
+    *stack, n, m, p = rows.shape
+    k = scaled.shape[-1]
+    flat = scaled.reshape((*scaled.shape[:-3], n * m, k))
+    spread = np.repeat(np.repeat(correlation, m, axis=-1), m, axis=-2)
+    whole = np.concatenate([np.broadcast_to(value, rows.shape[:-1])[..., None], rows], axis=-1)
+    right = whole.reshape((*stack, n * m, p + 1))
+    found = np.linalg.solve(_root(spread * (flat @ flat.swapaxes(-1, -2))), right).reshape(whole.shape)
+    return np.asarray(found[..., 0]), np.asarray(found[..., 1:])
+
+
+def over_shared(correlation: Array | None, rows: Array, *, back: bool = False) -> Array:
+    """Rows (..., n, m, p) over the Cholesky factor L of the correlations of n positions, (..., n, n), if there are any.
 
     `back` is for gradients by such rows: over the transpose of L.
     """
-    assert correlation is not None  # nothing is asked where there is none
-    root = np.linalg.cholesky(correlation)
+    if correlation is None:
+        return rows
+    root = _root(correlation)
     root = root.swapaxes(-1, -2) if back else root
     *stack, n, m, p = rows.shape
-    return np.linalg.solve(root, rows.reshape((*stack, n, m * p))).reshape(rows.shape)
+    return np.asarray(np.linalg.solve(root, rows.reshape((*stack, n, m * p)))).reshape(rows.shape)
 
 
 def correlated(correlation: Array | None, noise: Array) -> Array:
-    """Independent noise (..., n, k) with the correlations of n positions, (..., n, n)."""
-    assert correlation is not None  # nothing is asked where there is none
-    return np.asarray(np.linalg.cholesky(correlation) @ noise)
+    """Independent noise (..., n, k) with the correlations of n positions, (..., n, n), if there are any."""
+    return noise if correlation is None else np.asarray(_root(correlation) @ noise)
+
+
+def _root(covariance: Array) -> Array:
+    """The lower Cholesky factor; PluginError where there is none."""
+    try:
+        return np.asarray(np.linalg.cholesky(covariance), dtype=float)
+    except np.linalg.LinAlgError as error:
+        raise PluginError(
+            "the correlations that a sensor gives for the times of a program are those of no noise: the matrix is not "
+            "positive definite"
+        ) from error
 
 
 def flat(residual: Array, rows: Array) -> tuple[Array, Array]:

@@ -57,6 +57,8 @@ _SIZES: Mapping[str, tuple[str, float]] = MappingProxyType(
 def conversion(given: str, wanted: str) -> float | None:
     """By what a value in one unit is multiplied to be in another; None where neither is known as of the other's kind.
 
+    What is wanted in no unit, ``""``, is taken as it comes.
+
     Examples
     --------
     >>> conversion("rad/s", "rad/s"), conversion("degC", "K")
@@ -64,10 +66,10 @@ def conversion(given: str, wanted: str) -> float | None:
     >>> round(conversion("rad/s", "deg/s"), 4)
     57.2958
     """
-    if given == wanted:
+    if given == wanted or not wanted:
         return 1.0
-    (kind, size), (other, unit) = (_SIZES.get(name, (name, 1.0)) for name in (given, wanted))
-    return size / unit if kind == other else None
+    own, other = _SIZES.get(given), _SIZES.get(wanted)
+    return own[1] / other[1] if own and other and own[0] == other[0] else None
 
 
 @final
@@ -129,6 +131,11 @@ class Stimulus(Mapping[str, Array]):
         own = self._units or {}
         return {name: own.get(name, UNITS_OF.get(name, "")) for name in self}
 
+    @property
+    def plain(self) -> bool:
+        """Whether each position is one and not a motion, and each quantity in the unit of `UNITS_OF`."""
+        return self.weights is None and self._units is None
+
     def made(self, quantities: Mapping[str, Array]) -> Stimulus:
         """Other quantities, with the same units and weights."""
         return Stimulus(quantities, units=self._units, weights=self.weights)
@@ -152,6 +159,13 @@ class Stimulus(Mapping[str, Array]):
         """By what each quantity that is there and wanted is multiplied to be in the wanted unit."""
         given = self.units
         return {name: require_unit(name, given[name], unit) for name, unit in wanted.items() if name in self}
+
+    def from_units(self, gradient: Stimulus, wanted: Mapping[str, str]) -> Stimulus:
+        """A gradient by quantities in the wanted units, as one by them in the units in which they come here."""
+        factors = self.factors({name: wanted[name] for name in gradient})
+        if all(factor == 1.0 for factor in factors.values()):
+            return gradient
+        return gradient.made({name: factors[name] * value for name, value in gradient.items()})
 
     def without_samples(self) -> Stimulus:
         """All the samples one behind the other as positions, (..., n K, width); itself where there are none."""
@@ -182,12 +196,6 @@ class Stimulus(Mapping[str, Array]):
         if self.weights is not None:  # the same throughout a position
             told = {name: np.repeat(value[..., None, :], len(self.weights), axis=-2) for name, value in told.items()}
         return self.made({**self, **{name: told[name] for name in wanted}})
-
-    def first(self) -> Stimulus:
-        """What is felt at the first of the samples, (..., n, width); itself where there are none."""
-        if self.weights is None:
-            return self
-        return Stimulus({name: value[..., 0, :] for name, value in self.items()}, units=self._units)
 
     def vertical(self) -> Array | None:
         """The specific force where it is one in each position, (..., n, 3); None where it changes, or is not there."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any, ClassVar, final
@@ -12,15 +12,16 @@ import numpy as np
 
 from acalx.errors import ArgumentError
 from acalx.numerics.arrays import Array
+from acalx.numerics.differences import STEP, differences, steps_of
 from acalx.options import is_number
 from acalx.quantities.parameter import Parameter
 from acalx.quantities.stimulus import AT_REST, VECTORS, Stimulus
 
-__all__ = ["Channel", "Sensor", "differences", "suits"]
+__all__ = ["Channel", "Factors", "Sensor", "suits"]
 
-# Of differences of fourth order, relative to the size of what is moved: what they leave out and what rounding
-# adds are both about 1e-13 there.
-_STEP = 1e-3
+# Quantities with the component of each that a product has.
+Factors = tuple[tuple[str, int], ...]
+
 # Steps of Newton's method to what was felt; a sensor that is linear in it needs one.
 _MOST_STEPS = 50
 _SETTLED = 1e-13
@@ -132,6 +133,11 @@ class Sensor(ABC):
         """
         return np.array([channel.noise for channel in self.channels])
 
+    @property
+    def noise_varies(self) -> bool:
+        """Whether `deviations` depend on what is felt; where a sensor gives its own it is asked in every position."""
+        return type(self).deviations is not Sensor.deviations
+
     def correlation(self, times: Array) -> Array | None:
         """Correlations (..., n, n) of the noise between positions at times (..., n) in s; None, the default: none.
 
@@ -142,14 +148,31 @@ class Sensor(ABC):
     # ---- what follows, and may be given exactly
 
     @property
+    def table(self) -> Sequence[tuple[int, int, float, Factors]] | None:
+        """Channel, parameter, constant and product of each term, of a sensor that is nothing else; None, the default.
+
+        Rows that are sums of products are evaluated all at once, and proofs know their degree.
+        """
+        return None
+
+    @property
+    def ideal(self) -> Sequence[tuple[int, float, Factors]]:
+        """Channel, constant and product of what a sensor without errors reads, of one that has a table."""
+        return ()
+
+    def part(self, numbers: Sequence[int], name: str) -> Sensor | None:
+        """Some of its channels by themselves, as a sensor of that kind; None, the default, where there is no such."""
+        return None
+
+    @property
     def nominal(self) -> Array:
         """The parameters of a sensor without errors, (p,)."""
         return np.array([parameter.nominal for parameter in self.parameters])
 
     def by_parameters(self, parameters: Array, stimulus: Stimulus) -> Array:
         """Derivatives of the readings by the parameters, (..., n, k, p); numerical by default."""
-        steps = _STEP * np.maximum(1.0, np.abs(self.nominal))
-        return differences(lambda shift: self.readings(parameters + shift, stimulus), steps)
+        sizes = [abs(one.nominal) or min(1.0, 100.0 * (one.scatter or 1.0)) for one in self.parameters]
+        return differences(lambda shift: self.readings(parameters + shift, stimulus), STEP * np.array(sizes))
 
     def by_stimulus(self, parameters: Array, stimulus: Stimulus) -> dict[str, Array]:
         """Derivatives of the readings by each quantity of `needs`, arrays (..., n, k, width); numerical by default."""
@@ -160,7 +183,7 @@ class Sensor(ABC):
             def shifted(shift: Array, name: str = name, value: Array = value) -> Array:
                 return self.readings(parameters, stimulus.made({**stimulus, name: value + shift}))
 
-            found[name] = differences(shifted, _steps(value))
+            found[name] = differences(shifted, steps_of(value))
         return found
 
     def felt(self, parameters: Array, readings: Array, known: Stimulus | None = None) -> Stimulus:
@@ -217,31 +240,6 @@ class Sensor(ABC):
                 f"{', '.join(self.senses) or 'what it feels'}"
             )
         return widths
-
-
-def differences(function: Callable[[Array], Array], steps: Array) -> Array:
-    """Derivatives of a function by each component of a shift, in a last axis, by differences of fourth order.
-
-    Parameters
-    ----------
-    function : callable
-        From a shift (w,) to an array.
-    steps : array (w,)
-        How far each component is moved.
-    """
-    columns = []
-    for k, step in enumerate(steps):
-        shift = np.zeros(len(steps))
-        shift[k] = step
-        near, far = (function(m * shift) - function(-m * shift) for m in (1, 2))
-        columns.append((8.0 * near - far) / (12.0 * step))
-    return np.stack(columns, axis=-1)
-
-
-def _steps(value: Array) -> Array:
-    """Steps (w,) for a quantity (..., n, w): its components are moved by a share of their largest."""
-    size = np.abs(value).max(initial=0.0)
-    return np.full(value.shape[-1], _STEP * (size if size > 0.0 else 1.0))
 
 
 def _solved(matrix: Array, vector: Array) -> Array:

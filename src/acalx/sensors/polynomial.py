@@ -16,11 +16,9 @@ from acalx.numerics.arrays import Array, empty_as
 from acalx.options import is_number
 from acalx.quantities.parameter import Parameter
 from acalx.quantities.stimulus import UNITS_OF, Stimulus
-from acalx.sensors.base import Channel, Sensor
+from acalx.sensors.base import Channel, Factors, Sensor
 
 __all__ = ["Factors", "Part", "Polynomial", "Term", "require_axis", "require_noise"]
-
-Factors = tuple[tuple[str, int], ...]
 
 # One letter for each quantity, so that a product is a word: "fx fz" is the specific force along x times that along z.
 _LETTERS: Mapping[str, str] = MappingProxyType(
@@ -98,9 +96,9 @@ class Polynomial(Sensor):
 
     @cached_property
     def needs(self) -> Mapping[str, str]:
-        """The quantities that occur in the terms, in the units that stands of acalx give them in."""
+        """The quantities that occur in the terms, in the units that stands of acalx give; others as they come."""
         names = dict.fromkeys(quantity for term in self.terms for quantity, _ in term.product)
-        return {name: UNITS_OF.get(name, "1") for name in names}
+        return {name: UNITS_OF.get(name, "") for name in names}
 
     @property
     def degree(self) -> int:
@@ -117,6 +115,10 @@ class Polynomial(Sensor):
     def ideal(self) -> tuple[tuple[int, float, Factors], ...]:
         """Channel, constant and product of each term of a sensor without errors."""
         return tuple((term.channel, term.factor, term.product) for term in self.terms if term.parameter is None)
+
+    def part(self, numbers: Sequence[int], name: str) -> Sensor:
+        """Some of its channels by themselves, with the parameters that show in them."""
+        return Part(self, tuple(numbers), name)
 
     def readings(self, parameters: Array, stimulus: Stimulus) -> Array:
         """The products, each times its parameter, summed up in each channel: (..., n, k)."""
@@ -187,9 +189,26 @@ class Part(Polynomial):
         places = {number: k for k, number in enumerate(self.numbers)}
         return tuple(replace(t, channel=places[t.channel]) for t in self.whole.terms if t.channel in places)
 
+    @cached_property
+    def needs(self) -> Mapping[str, str]:
+        """What occurs in its terms, and what the whole needs beside its terms, for its noise perhaps."""
+        own, every = (
+            {quantity for term in terms for quantity, _ in term.product} for terms in (self.terms, self.whole.terms)
+        )
+        return {name: unit for name, unit in self.whole.needs.items() if name in own or name not in every}
+
     def deviations(self, stimulus: Stimulus) -> Array:
         """Those of the channels."""
         return np.asarray(self.whole.deviations(stimulus))[..., list(self.numbers)]
+
+    @property
+    def noise_varies(self) -> bool:
+        """As that of the whole."""
+        return self.whole.noise_varies
+
+    def correlation(self, times: Array) -> Array | None:
+        """As of the whole: the noise of its channels is that of theirs."""
+        return self.whole.correlation(times)
 
 
 def multiplied(factor: float, product: Factors, stimulus: Stimulus) -> Array | float:
