@@ -215,6 +215,8 @@ def test_a_pair_with_a_known_angle_needs_no_attitude() -> None:
     truth = 0.02 * rng.standard_normal(len(sensor.parameters))
     found = calibrate(Readings("pair", sensor.readings(truth, known)), model)
     np.testing.assert_allclose(found.estimate.parameters, truth, atol=1e-9)
+    with pytest.raises(CompatibilityError, match="angle"):
+        Problem(stand, Compared(sensor, Together([*lengths, Angle(angle_deg=120.0)])), D(), 24)
     attitude = Compared(sensor, Together([*lengths, Angle()]))
     np.testing.assert_allclose(model.information(known).matrix, attitude.information(known).matrix, rtol=1e-9)
 

@@ -62,3 +62,17 @@ def check_compared(sensor: Sensor, comparison: Comparison, stimulus: Stimulus, s
                 sensor=type(sensor).__name__,
                 varies=Option("varies", True),
             )
+    if comparison.at_once:
+        _check_known(sensor, comparison, felt, stand)
+
+
+def _check_known(sensor: Sensor, comparison: Comparison, felt: Stimulus, stand: str) -> None:
+    """Refuse a comparison that leaves something of a sensor without errors: an angle that is another on the stand."""
+    with np.errstate(all="ignore"):
+        left = np.abs(comparison.rows(sensor, felt).value)
+    if (left > _SLACK * max([1.0, *comparison.lengths(sensor).values()])).any():
+        raise CompatibilityError(
+            f"{type(comparison).__name__} leaves {np.nanmax(left):.3g} of a {type(sensor).__name__} without errors on "
+            f"stand {stand}: what is taken as known, such as an angle, is something else there; put it right in one or "
+            "the other"
+        )

@@ -223,8 +223,9 @@ def _by_felt(sensor: Sensor, parameters: Array, felt: Stimulus, value: Array, sl
             solved = _solved(turned, right)
         return solved.swapaxes(-1, -2)
 
-    rows = by_readings(parameters) @ sensor.by_parameters(parameters, felt)
-    return Residual(value, rows, by_readings(sensor.nominal))
+    own, nominal = by_readings(parameters), sensor.nominal
+    without_errors = own if np.array_equal(parameters, nominal) else by_readings(nominal)
+    return Residual(value, own @ sensor.by_parameters(parameters, felt), without_errors)
 
 
 def _require_quantity(quantity: object) -> None:
