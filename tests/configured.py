@@ -9,6 +9,8 @@ from typing import Any
 import hydra
 from omegaconf import OmegaConf
 
+from acalx.commands.composition import build_model
+
 CONF = Path(str(files("acalx.conf")))
 # What takes long by default, made small: options of the same parts.
 SMALL: dict[str, dict[str, Any]] = {
@@ -33,6 +35,8 @@ def part(group: str, name: str, **options: Any) -> Any:
     """The part that an option stands for, small where it has a size."""
     config = OmegaConf.load(CONF / group / f"{name}.yaml")
     config = OmegaConf.merge(config, SMALL.get(f"{group}/{name}", {}), options)
+    if group == "model":
+        return build_model(OmegaConf.create({group: config}))
     return hydra.utils.instantiate(config, _convert_="all")
 
 

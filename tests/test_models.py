@@ -145,7 +145,7 @@ def test_a_gyro_at_one_rate_alone_can_not_tell_scale_from_g_sensitivity() -> Non
 def test_joined_models_need_parameters_of_their_own() -> None:
     with pytest.raises(ArgumentError, match="joined models have the same parameters: accel_x_bias"):
         Joined([PlatformAccel(), PlatformAccel()])
-    for given in ([], None, [1], PlatformAccel()):
+    for given in ([], [1], PlatformAccel()):
         with pytest.raises(ArgumentError, match="give a list of one or more models"):
             Joined(given)  # type: ignore[arg-type]
 

@@ -15,7 +15,7 @@ from omegaconf import DictConfig, ListConfig, OmegaConf
 from acalx.commands.explain import chain, suggestion
 from acalx.criteria import Criterion, Objectives
 from acalx.errors import AcalxError, ArgumentError, Option
-from acalx.models import Model, as_model
+from acalx.models import Compared, Model, as_model
 from acalx.planning.defaults import suited
 from acalx.sensors import Sensor
 from acalx.stands import Stand
@@ -93,8 +93,22 @@ _MOVED = {
 
 
 def build_model(config: DictConfig) -> Model:
-    """The model that a configuration describes; of a sensor alone that of its outputs."""
-    return as_model(build(config, "model", Model, Sensor))
+    """The model that a configuration describes; of a sensor alone that of its outputs, with what is known before."""
+    options = config.model
+    if not isinstance(options, DictConfig) or "prior" not in options or not _is_sensor(options.get("_target_")):
+        return as_model(build(config, "model", Model, Sensor))
+    prior: Any = OmegaConf.to_container(options, resolve=True)["prior"]  # type: ignore[index, call-overload]
+    alone = OmegaConf.create({"model": {key: value for key, value in options.items() if key != "prior"}})
+    return Compared(build(alone, "model", Sensor), prior=prior)
+
+
+def _is_sensor(target: object) -> bool:
+    """Whether a target names a sensor; of what can't be imported building the part says it."""
+    try:
+        found = hydra.utils.get_object(moved(str(target)))
+    except Exception:
+        return False
+    return isinstance(found, type) and issubclass(found, Sensor)
 
 
 def _as_now(config: DictConfig) -> Any:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Mapping
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Protocol
 
 import numpy as np
@@ -45,6 +46,17 @@ def noises_of(of_outputs: np.ndarray, touched: np.ndarray) -> Noises:
     count = int(of_outputs.max()) + 1
     shows = np.stack([touched[of_outputs == k].any(axis=0) for k in range(count)])
     return Noises(of_outputs, (shows / np.maximum(shows.sum(axis=0), 1)).sum(axis=1))
+
+
+# What stand to take where one lacks a quantity and the model does not say.
+_GIVEN_BY: Mapping[str, str] = MappingProxyType(
+    {
+        "angular_rate": "rate_table",
+        "angular_acceleration": "two_axis_rate_table",
+        "magnetic_field": "magnetic_table",
+        "temperature": "chamber",
+    }
+)
 
 
 class _Stand(Protocol):
@@ -163,7 +175,7 @@ class Model(ABC):
             if name not in stimulus:
                 advice, options = stand.advice(name)
                 suited = self.usual.get("stand")
-                if not advice and suited:
+                if not advice and (suited := suited or _GIVEN_BY.get(name)):
                     advice, options = "; use {suited}", {"suited": Option("stand", suited)}
                 raise CompatibilityError(
                     "model {model} needs the {quantity}, which stand {stand} does not provide" + advice,

@@ -12,6 +12,7 @@ from acalx.models.base import Model
 from acalx.models.compared import as_model
 from acalx.models.composite import Composite
 from acalx.options import keep
+from acalx.sensors import PlatformAccel, PlatformGyro
 from acalx.sensors.base import Sensor
 
 __all__ = ["Joined"]
@@ -24,7 +25,7 @@ class Joined(Composite):
 
     Parameters
     ----------
-    parts : sequence of Model or Sensor, or mapping from names to these
+    parts : sequence of Model or Sensor, or mapping from names to these; None: a gyro and an accelerometer of a platform
         Of a mapping the names stand before those of the parameters, so that models with the same parameters join:
         ``{accel: ..., mag: ...}`` gives ``accel_bias_x`` and ``mag_bias_x``.
     common : sequence of str
@@ -37,12 +38,11 @@ class Joined(Composite):
         No models, a parameter that two of them have, a common one that fewer than two have.
     """
 
-    parts: Sequence[Model | Sensor] | Mapping[str, Model | Sensor]
+    parts: Sequence[Model | Sensor] | Mapping[str, Model | Sensor] | None = None
     common: Sequence[str] = ()
 
     def __post_init__(self) -> None:
-        given = self.parts
-        parts = list(given.values()) if isinstance(given, Mapping) else given
+        given, parts = self.parts, self._parts
         if not isinstance(parts, Sequence) or not parts or not all(isinstance(p, Model | Sensor) for p in parts):
             raise ArgumentError.of("parts", given, "give a list of one or more models, or a mapping from names to them")
         if isinstance(self.common, str) or not isinstance(self.common, Sequence):
@@ -75,8 +75,14 @@ class Joined(Composite):
     @cached_property
     def models(self) -> tuple[Model, ...]:
         """The joined models, one for each sensor, in the order in which their parameters come."""
-        parts = self.parts.values() if isinstance(self.parts, Mapping) else self.parts
-        return tuple(as_model(part) for part in parts)
+        return tuple(as_model(part) for part in self._parts)
+
+    @property
+    def _parts(self) -> Sequence[Model | Sensor]:
+        """The parts without their names."""
+        if self.parts is None:
+            return (PlatformGyro("x"), PlatformAccel("x"))
+        return list(self.parts.values()) if isinstance(self.parts, Mapping) else self.parts
 
     @cached_property
     def prefixes(self) -> tuple[str, ...]:
