@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
@@ -23,6 +24,10 @@ _CHUNK_BYTES = 2**20
 # A median jumps from one residual to another, for ever with some readings: the scale of a robust
 # loss follows the residuals for so many steps and is then kept.
 _SCALE_STEPS = 20
+# The sizes of several noises that are no medians are followed until they change by no more than this, so many times.
+_SETTLED, _MOST_ROUNDS = 1e-6, 100
+# So many roundings of a reading are in a residual, at most: what is smaller says nothing.
+_ROUNDINGS = 16.0 * float(np.finfo(float).eps)
 Linearize = Callable[[Array], tuple[Array, Array]]
 
 
@@ -47,7 +52,7 @@ class Estimator(ABC):
         if not isinstance(self.loss, Loss):
             raise ArgumentError.of("loss", self.loss, "must be Squares(), Huber() or Bisquare()")
         if not is_number(self.tolerance) or not 1e-15 <= self.tolerance <= 1e-2:
-            raise ArgumentError.of("tolerance", self.tolerance, "give a number from 1e-15 to 1e-2, such as 1e-10")
+            raise ArgumentError.of("tolerance", self.tolerance, "give a number from 1e-15 to 1e-2, such as 1e-6")
         if not is_whole(self.iterations) or self.iterations < 1:
             raise ArgumentError.of("iterations", self.iterations, "give a whole number, 1 or more")
 
@@ -106,13 +111,19 @@ class Estimator(ABC):
         n, noises = readings.shape[-2], model.noises
         of_residuals = np.tile(noises.of_outputs, n)
         sizes = np.ones((*readings.shape[:-2], len(noises.parameters)))
-        shared = float(noises.parameters.sum()) == len(model.parameters) and not _whole(noises.parameters)
-        for _ in range(_SCALE_STEPS if shared or self.loss.robust else 2):
+        least = _rounding(model, readings, known)[..., None]
+        weighs = noises.shared or bool(model.prior_information.any())
+        rounds = _SCALE_STEPS if self.loss.robust else _MOST_ROUNDS if weighs else 1
+        settled = np.full(readings.shape[:-2], self.loss.robust or not weighs)
+        for _ in range(rounds):
             found = self._estimate(model, readings, known, sizes[..., of_residuals], start, sizes)
-            before, sizes, start = sizes, found.sizes_of_noises(noises, of_residuals), found.parameters
-            if np.allclose(sizes, before, rtol=1e-6, equal_nan=True):
+            before, start = sizes, found.parameters
+            sizes = np.maximum(found.sizes_of_noises(noises, of_residuals), least)
+            same = (np.abs(sizes - before) <= _SETTLED * before + least).all(axis=-1)
+            if (same | ~np.isfinite(sizes).all(axis=-1)).all():
                 break
-        return self._estimate(model, readings, known, sizes[..., of_residuals], start, sizes)
+        found = self._estimate(model, readings, known, sizes[..., of_residuals], start, sizes)
+        return replace(found, converged=found.converged & (settled | same))
 
     def _estimate(
         self,
@@ -140,7 +151,8 @@ class Estimator(ABC):
                 piece = flat[part] if len(flat) == 1 else np.asfortranarray(flat[part])
                 of_part = None if known is None else known.made({name: of(part) for name, of in felt.items()})
                 linearize = self.linearization(model, piece, of_part)
-                x, converged, steps = _descend(linearize, starts[part], self, noise_of(part), model)
+                rounding = _rounding(model, piece, of_part)
+                x, converged, steps = _descend(linearize, starts[part], self, noise_of(part), model, rounding)
                 left, rows = linearize(x)
                 parts.append((x, left, rows if rows.ndim > 2 else rows[None], converged))
                 iterations = max(iterations, steps)
@@ -158,14 +170,27 @@ class Estimator(ABC):
             )
 
 
-def _whole(numbers: Array) -> bool:
-    return bool((numbers == np.round(numbers)).all())
+def _rounding(model: Model, readings: Array, known: Stimulus | None) -> Array:
+    """The size (...) of what rounding leaves in a residual, in units of the model's noise."""
+    felt = Stimulus() if known is None else known
+    try:
+        deviations = model.deviations(felt)
+    except KeyError:  # they depend on something that follows from the readings
+        deviations = np.array([channel.noise for channel in model.channels])
+    if deviations.ndim > 1:
+        return np.asarray(_ROUNDINGS * np.abs(readings / deviations).max(axis=(-2, -1)))
+    largest = np.maximum(readings.max(axis=-2), -readings.min(axis=-2))
+    return np.asarray(_ROUNDINGS * (largest / deviations).max(axis=-1))
 
 
 def _descend(
-    linearize: Linearize, start: Array, options: Estimator, noise: Array | None, model: Model
+    linearize: Linearize, start: Array, options: Estimator, noise: Array | None, model: Model, rounding: Array
 ) -> tuple[Array, np.ndarray, int]:
-    """Weighted steps of Gauss and Newton for a stack (T, p), each loss from where the one before it ended."""
+    """Weighted steps of Gauss and Newton for a stack (T, p), each loss from where the one before it ended.
+
+    Steps are measured in standard errors: d' M d is p for one that is as long as those are. None is shorter than what
+    rounding (T,) of the residuals makes of it.
+    """
     losses = [options.loss]
     while (first := losses[0].first) is not None:
         losses.insert(0, first)
@@ -173,6 +198,7 @@ def _descend(
     prior = model.prior_information
     informed = bool(prior.any())
     converged = np.zeros(len(x), dtype=bool)
+    floor = rounding**2 if noise is None else (rounding / noise.min(axis=-1)) ** 2
     for loss in losses:
         scale = np.ones(len(x))
         for count in range(options.iterations):
@@ -183,22 +209,26 @@ def _descend(
                 freedom = residual.shape[-1] - x.shape[-1] + int(np.count_nonzero(prior))
                 scale = positive(scale_of(residual, freedom, loss, noise))
             before = scale[..., None] ** 2 * prior if informed else None
-            step = _step(residual, rows, loss, scale, model, before, model.nominal - x)
+            step, length = _step(residual, rows, loss, scale, model, before, model.nominal - x)
             x = x + step
             iterations += 1
-            size = np.abs(step).max(axis=-1)
-            converged = size <= options.tolerance
-            if (converged | ~np.isfinite(size)).all():
+            if noise is None and not loss.robust:
+                variance = (residual * residual).sum(axis=-1) / max(1, residual.shape[-1] - x.shape[-1])
+            else:
+                variance = scale**2
+            converged = length <= x.shape[-1] * (options.tolerance**2 * variance + floor)
+            if (converged | ~np.isfinite(length)).all():
                 break
     return x, converged, iterations
 
 
 def _step(
     residual: Array, rows: Array, loss: Loss, scale: Array, model: Model, prior: Array | None, back: Array
-) -> Array:
+) -> tuple[Array, Array]:
     """Least squares of a residual (T, n) on rows (n, p) or (T, n, p), weighted by a loss of that scale (T,).
 
-    With information (T, p) that is there before, towards where `back` (T, p) leads.
+    With information (T, p) that is there before, towards where `back` (T, p) leads. The step d (T, p), and d' M d (T,)
+    with the information M.
     """
     if loss.robust:
         root = np.sqrt(loss.weight(residual / scale[..., None]))
@@ -208,7 +238,8 @@ def _step(
     if prior is not None:
         information = Information(information.matrix + prior[..., None] * np.eye(prior.shape[-1]), model.parameters)
         pull = pull + prior * back
-    return information.solve(pull)
+    step = information.solve(pull)
+    return step, (step * pull).sum(axis=-1)
 
 
 def _members(array: Array, known: Stimulus, stack: list[int]) -> Callable[[slice], Array]:

@@ -117,6 +117,11 @@ class Calibration:
         return alike.pop() if len(alike) == 1 else (OF_MODEL, 1.0)
 
     @property
+    def freedom(self) -> float:
+        """Degrees of freedom of the residuals: see `Estimate.freedom`."""
+        return float(self.estimate.freedom)
+
+    @property
     def half_widths(self) -> Array:
         """Half widths of the confidence intervals, (p,); by Student's t where the noise is estimated."""
         from scipy.special import ndtri, stdtrit
@@ -149,7 +154,7 @@ class Calibration:
             return np.asarray(scaled / np.sqrt(free))
         if estimate.loss.robust:
             return np.asarray(scaled / (estimate.scale * np.sqrt(free)))
-        rest = estimate.freedom - 1
+        rest = self.freedom - 1
         if rest < 1:
             return np.full(len(scaled), np.nan)
         others = ((scaled**2).sum() - scaled**2 / free) / rest
@@ -165,7 +170,7 @@ class Calibration:
         from scipy.special import ndtr, stdtr
 
         size = -np.abs(np.nan_to_num(self.studentized))
-        freedom = self.estimate.freedom - (0 if self.estimate.loss.robust else 1)
+        freedom = self.freedom - (0 if self.estimate.loss.robust else 1)
         tail = ndtr(size) if self.estimate.known else stdtr(max(freedom, 1), size)
         far = 2.0 * tail * len(size) < 1.0 - self.confidence
         return [int(k) + 1 for k in np.flatnonzero(far.reshape(self.readings.n, -1).any(axis=1))]
@@ -175,14 +180,14 @@ class Calibration:
         """Test of fit where the noise is known: the sum of squares, its freedom, the probability of more."""
         from scipy.special import chdtrc
 
-        if not self.estimate.known or self.estimate.freedom <= 0:
+        if not self.estimate.known or self.freedom <= 0:
             return None
-        value, freedom = float((self.estimate.scaled**2).sum()), self.estimate.freedom
+        value, freedom = float((self.estimate.scaled**2).sum()), self.freedom
         return {"value": value, "freedom": freedom, "probability": float(chdtrc(freedom, value))}
 
     def summary(self) -> str:
         """One line on the noise, whether it was known, and the test of fit."""
-        freedom, test = self.estimate.freedom, self.chi_square
+        freedom, test = self.freedom, self.chi_square
         noises = (f"{1e3 * size:.4g} mg" if unit == "g" else f"{size:.4g} {unit}" for unit, size in self.noises.items())
         text = f"{self.readings.n} positions, noise {', '.join(noises)}"
         if test is not None:
@@ -198,7 +203,7 @@ class Calibration:
         """What somebody who relies on the calibration should know."""
         found = []
         estimate, n = self.estimate, self.readings.n
-        if estimate.freedom <= 0 and not estimate.known:
+        if self.freedom <= 0 and not estimate.known:
             unit = next(iter(self.noises))
             found.append(
                 f"{n} positions for {len(estimate.parameters)} parameters leave no residuals: nothing tells the noise, "
@@ -273,7 +278,7 @@ class Calibration:
             "positions": self.readings.n,
             **self.figures,
             "noise_known": estimate.known,
-            "freedom": estimate.freedom,
+            "freedom": self.freedom,
             "chi_square": self.chi_square,
             "outlying": self.outlying,
             "iterations": estimate.iterations,

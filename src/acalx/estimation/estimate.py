@@ -56,66 +56,72 @@ class Estimate:
         return self.noise is not None and not self.sizes.size
 
     @cached_property
-    def freedom(self) -> float:
+    def freedom(self) -> Array:
         """Degrees of freedom of the residuals: their number less that of the parameters, or of what these fit away.
 
-        With a prior the residuals fit away less. Of several noises the least.
+        With a prior the residuals of each member fit away less, (...); otherwise one number for all, (). Of several
+        noises the least.
         """
         if self.sizes.size:
-            return float(self._left_of_noises().min())
+            return np.asarray(self._left_of_noises().min(axis=-1))
         count, p = self.residual.shape[-1], self.parameters.shape[-1]
         prior = self.model.prior_information
         if not prior.any():
-            return float(count - p)
-        rows = self.rows if self.noise is None else self.rows / self.noise[..., None]
-        matrix = (rows.swapaxes(-1, -2) @ rows).reshape(-1, p, p)[0]
-        if self.noise is None:  # what a prior says counts in units of the residuals
-            left = max(1, count - p + np.count_nonzero(prior))
-            prior = prior * float((self.residual**2).reshape(-1, count)[0].sum() / left)
-        return float(count - np.trace(np.linalg.solve(matrix + np.diag(prior), matrix)))
+            return np.asarray(float(count - p))
+        matrix = information_of(self._over_noise, self.model).matrix
+        left = float(count - p + np.count_nonzero(prior))
+        # what a prior says counts in units of the residuals
+        size = positive(scale_of(self.residual, max(1.0, left), self.loss, self.noise))
+        whole = Information(matrix + (size**2)[..., None, None] * np.diag(prior), self.model.parameters)
+        with np.errstate(invalid="ignore"):  # nan where a member has no estimate
+            return np.asarray(count - (whole.covariance * matrix).sum(axis=(-2, -1)))
 
     @cached_property
     def freedoms(self) -> Array:
-        """Degrees of freedom with which the error of each parameter is told, (p,)."""
+        """Degrees of freedom with which the error of each parameter is told, (..., p), or (p,) where all have those."""
         p = self.parameters.shape[-1]
         if not self.sizes.size:
-            return np.full(p, float(self.freedom))
+            return np.broadcast_to(self.freedom[..., None], (*self.freedom.shape, p))
         noises, m = self.model.noises, self.model.outputs
         n, each = self.residual.shape[-1] // m, self._left_of_noises()
         shows = (np.abs(self.rows.reshape(-1, n, m, p)) > 0.0).any(axis=(0, 1))  # (m, p)
-        freedoms = np.where(shows, each[noises.of_outputs][:, None], np.inf).min(axis=0)
-        return np.asarray(np.where(np.isfinite(freedoms), freedoms, each.min()))
+        freedoms = np.where(shows, each[..., noises.of_outputs, None], np.inf).min(axis=-2)
+        return np.asarray(np.where(np.isposinf(freedoms), each.min(axis=-1, keepdims=True), freedoms))
 
     def _left_of_noises(self) -> Array:
         """Degrees of freedom of each of several noises, (g,): residuals less the parameters that are fitted to them.
 
-        With a prior they fit away less: what the leverages of the residuals add up to.
+        With a prior they fit away less, in each member (..., g): what the leverages of the residuals add up to.
         """
         noises = self.model.noises
         n = self.residual.shape[-1] // len(noises.of_outputs)
         counts = n * np.bincount(noises.of_outputs)
         if not self.model.prior_information.any():
             return np.asarray(counts - noises.parameters)
-        rows = self.rows if self.noise is None else self.rows / self.noise[..., None]
-        count, p = rows.shape[-2:]
-        rows, covariance = rows.reshape(-1, count, p)[0], self.information.covariance.reshape(-1, p, p)[0]
-        leverage = np.einsum("np,pq,nq->n", rows, covariance, rows)
-        fitted = np.bincount(np.tile(noises.of_outputs, n), leverage)
-        return np.asarray(counts - (fitted if np.isfinite(fitted).all() else noises.parameters))
+        rows = self._over_noise
+        leverage = np.einsum("...np,...pq,...nq->...n", rows, self.information.covariance, rows)
+        of_noise = np.tile(noises.of_outputs, n) == np.arange(len(counts))[:, None]
+        fitted = leverage @ of_noise.T.astype(float)
+        good = np.isfinite(fitted).all(axis=-1, keepdims=True)
+        return np.asarray(counts - np.where(good, fitted, noises.parameters))
 
     def sizes_of_noises(self, noises: Noises, of_residuals: np.ndarray) -> Array:
         """The size of each noise in units of the model's, (..., g), from the residuals that it is the noise of."""
-        sizes = []
-        for k, freedom in enumerate(self._left_of_noises()):
-            own = self.residual[..., of_residuals == k]
-            sizes.append(scale_of(own, freedom, self.loss, None) if freedom > 0 else np.ones(own.shape[:-1]))
+        sizes, freedoms = [], self._left_of_noises()
+        for k in range(freedoms.shape[-1]):
+            size = scale_of(self.residual[..., of_residuals == k], freedoms[..., k], self.loss, None)
+            sizes.append(np.where(freedoms[..., k] > 0.0, size, 1.0))
         return positive(np.stack(sizes, axis=-1))
+
+    @property
+    def _over_noise(self) -> Array:
+        """Rows over the standard deviation of their residual, where that is known."""
+        return self.rows if self.noise is None else self.rows / self.noise[..., None]
 
     @cached_property
     def information(self) -> Information:
         """H'H, each row over the standard deviation of its residual where that is known, with what a prior says."""
-        rows = self.rows if self.noise is None else self.rows / self.noise[..., None]
-        found = information_of(rows, self.model)
+        found = information_of(self._over_noise, self.model)
         prior = self.model.prior_information
         if not prior.any():
             return found
@@ -145,12 +151,10 @@ class Estimate:
         """
         if self.noise is not None:
             return np.full(self.parameters.shape[:-1], self.loss.variance_factor)
-        if self.freedom <= 0:
-            return np.full(self.parameters.shape[:-1], np.nan)
         u = self.residual / positive(self.scale)[..., None]
         psi = u * self.loss.weight(u)
         slope = self.loss.slope(u).mean(axis=-1)
-        return np.asarray(self.scale**2 * (psi * psi).sum(axis=-1) / self.freedom / slope**2)
+        return np.asarray(self.scale**2 * (psi * psi).sum(axis=-1) / _judging(self.freedom) / slope**2)
 
     @property
     def covariance(self) -> Array:
@@ -170,16 +174,23 @@ def information_of(rows: Array, model: Model) -> Information:
     return Information(rows.swapaxes(-1, -2) @ rows, model.parameters)
 
 
-def scale_of(scaled: Array, freedom: float, loss: Loss, noise: Array | None) -> Array:
-    """Standard deviation of residuals (..., n): 1 if known, root mean square, or median deviation."""
+def scale_of(scaled: Array, freedom: Array | float, loss: Loss, noise: Array | None) -> Array:
+    """Standard deviation of residuals (..., n): 1 if known, root mean square, or median deviation.
+
+    Nan where the degrees of freedom, one number or (...), are none.
+    """
     if noise is not None:
         return np.ones(scaled.shape[:-1])
-    if freedom <= 0:
-        return np.full(scaled.shape[:-1], np.nan)
+    freedom = _judging(freedom)
     if not loss.robust:
         return np.asarray(np.sqrt((scaled * scaled).sum(axis=-1) / freedom))
     share = np.sqrt(scaled.shape[-1] / freedom)  # fitted residuals are smaller than the noise
     return np.asarray(np.median(np.abs(scaled), axis=-1) / _MEDIAN_OF_NORMAL * share)
+
+
+def _judging(freedom: Array | float) -> Array:
+    """Degrees of freedom that tell a scale: nan where there are none."""
+    return np.where(np.asarray(freedom) > 0.0, freedom, np.nan)
 
 
 def positive(scale: Array) -> Array:

@@ -28,14 +28,14 @@ class Iterated(Estimator):
         Instead of what the model compares.
     loss : Loss
     tolerance : float
-        Steps end where they are smaller, in the units of the parameters.
+        Steps end where they are smaller, in standard errors, or no more than rounding.
     iterations : int
         Most steps.
     """
 
     comparison: Comparison | None = None
     loss: Loss = field(default_factory=Squares)
-    tolerance: float = 1e-10
+    tolerance: float = 1e-6
     iterations: int = 200
 
     def __post_init__(self) -> None:

@@ -8,62 +8,91 @@ from acalx.errors import DataError, Option
 from acalx.estimation.readings import Readings
 from acalx.estimation.units import Unit
 from acalx.models import Model
+from acalx.models.sensor_model import SensorModel
+from acalx.numerics.arrays import Array
+from acalx.quantities.stimulus import UNITS_OF, Stimulus, conversion
 
 __all__ = ["OF_LENGTH_ONE", "check_positions", "question_magnitude"]
 
 # Units in which what is felt has a size that everybody knows: gravity, and the strength of the field.
 OF_LENGTH_ONE = ("g", "field")
+# Vectors that are never so small that a bias could be as large.
+_STRONG = ("specific_force", "magnetic_field")
 _LEAST, _MOST = 0.7, 1.4
+# Where a sensor of a vector of one length is turned its readings differ by more than this share of their level.
+_ALIKE = 1e-3
 
 
-def check_positions(readings: Readings) -> None:
-    """Raise DataError for a single position, one that reads nothing at all, or positions that read the same."""
+def check_positions(readings: Readings, model: Model, unit: Unit) -> None:
+    """Raise DataError for a single position, one that reads nothing at all, or positions that read the same.
+
+    Those of a sensor that is turned in a vector of one length must differ as much as that does; others may read nearly
+    the same, as a gyro of some drift does.
+    """
     if readings.n == 1:
         raise DataError(f"{readings.name}: a single position; a calibration needs several, turned differently")
     nothing = np.flatnonzero((readings.means == 0.0).all(axis=1))
     if len(nothing):
         zeros = ", ".join("0" * readings.means.shape[1])
         raise DataError(f"{readings.name}: position {nothing[0] + 1} reads {zeros}; is it missing?")
-    spread = np.ptp(readings.means, axis=0).max()
-    if spread <= 1e-3 * np.abs(readings.means).max():
+    means = readings.means - unit.offset
+    alike = _ALIKE * np.abs(means).max() if model.by_length else 0.0
+    if np.ptp(means, axis=0).max() <= alike:
         raise DataError(f"{readings.name}: all {readings.n} positions read the same; turn the sensor between them")
 
 
 def question_magnitude(readings: Readings, model: Model, unit: Unit) -> None:
-    """Refuse readings of triads that can't be in the unit that they are said to be in."""
-    if unit.per_g is None:  # found from the readings themselves
+    """Refuse readings of triads that can't be in the unit that they are said to be in, by lengths that are known."""
+    if unit.per_g is None or not isinstance(model, SensorModel):  # found from the readings themselves
         return
     per = unit.per_channel(model.channels)
-    for name in OF_LENGTH_ONE:
-        own = [k for k, channel in enumerate(model.channels) if channel.unit == name]
-        if len(own) != 3:
+    for name in _STRONG:
+        wanted = model.needs.get(name)
+        own = [k for k, channel in enumerate(model.channels) if channel.unit == wanted]
+        expected = _expected(model, name, own, readings.stimulus) if len(own) == 3 else None
+        if wanted is None or expected is None:
             continue
-        lengths = np.linalg.norm(readings.means[:, own] - unit.offset, axis=1)
-        mean, one = float(lengths.mean()), float(per[own[0]])
-        if not _LEAST < mean / one < _MOST:
-            _refuse(readings, unit, name, mean, one)
+        mean, one = float(np.linalg.norm(readings.means[:, own] - unit.offset, axis=1).mean()), float(per[own[0]])
+        if not _LEAST < mean / (one * expected) < _MOST:
+            _refuse(readings, unit, wanted, mean, expected, one)
 
 
-def _refuse(readings: Readings, unit: Unit, name: str, mean: float, one: float) -> None:
+def _expected(model: SensorModel, quantity: str, own: list[int], known: Stimulus | None) -> float | None:
+    """Mean length of what three channels of a sensor without errors read; None where nothing tells it.
+
+    It is told by what is known of the positions, or by a comparison that takes the length for one.
+    """
+    one = conversion(UNITS_OF[quantity], model.needs[quantity]) or 1.0
+    if known is not None and all(name in known for name in model.needs):
+        read: Array = model.readings(model.nominal, known)[..., own]
+        mean = float(np.linalg.norm(read, axis=-1).mean())
+        return mean if mean > 0.5 * one else None  # a bias may be as large as the others
+    return one if quantity in model.comparison.of_length_one(model.sensor) else None
+
+
+def _refuse(readings: Readings, unit: Unit, name: str, mean: float, expected: float, one: float) -> None:
     meters, g = Option("unit", "m_s2", 'Unit("m/s^2", 9.80665)'), Option("unit", "g", "Unit()")
+    each = mean / expected
     if name == "g":
         guess = (
             "m/s^2 ({meters})"
-            if 7.0 < mean < 13.0
+            if 7.0 < each < 13.0
             else "g ({g})"
-            if _LEAST < mean < _MOST
-            else "counts, {mean:.4g} a g"
+            if _LEAST < each < _MOST
+            else "counts, {each:.4g} a g"
         )
     else:
-        guess = "{mean:.4g} a field strength"
+        guess = "{each:.4g} a field strength" if name == "field" else "{each:.4g} for 1 {of}"
     raise DataError(
-        "{name}: the mean magnitude is {mean:.5g}, but 1 {of} should read {one:.6g} {unit}; "
+        "{name}: the mean magnitude is {mean:.5g}, but {length:.5g} {of} should read {expected:.6g} {unit}; "
         f"is the unit right? This looks like {guess}. Nothing is scaled silently: give the right unit, "
         "or {counts} {unknown} to have the scale found",
         name=readings.name,
         of=name,
         mean=mean,
-        one=one,
+        each=each,
+        length=expected,
+        expected=one * expected,
         unit=unit.name,
         meters=meters,
         g=g,

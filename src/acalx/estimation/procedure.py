@@ -81,7 +81,7 @@ def calibrate(
         if isinstance(model, SensorModel):
             check_sensor(model.sensor, model.in_units(known).without_samples())
         check_readings(model, known)
-    check_positions(readings)
+    check_positions(readings, model, unit)
     start, per = starting_point(readings.means - unit.offset, readings.stimulus, model, unit)
     question_magnitude(readings, model, unit)
     _check_shown(readings, model, estimator, start, (readings.means - unit.offset) / per)

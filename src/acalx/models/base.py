@@ -32,10 +32,13 @@ class Noises(NamedTuple):
         The number, from 0, of the noise of each residual of a position.
     parameters : array (g,)
         How many parameters are fitted to the residuals of each.
+    shared : bool
+        Whether a parameter shows in residuals of several: then the sizes decide what the parameters come out as.
     """
 
     of_outputs: np.ndarray
     parameters: Array
+    shared: bool = False
 
 
 def noises_of(of_outputs: np.ndarray, touched: np.ndarray) -> Noises:
@@ -45,7 +48,8 @@ def noises_of(of_outputs: np.ndarray, touched: np.ndarray) -> Noises:
     """
     count = int(of_outputs.max()) + 1
     shows = np.stack([touched[of_outputs == k].any(axis=0) for k in range(count)])
-    return Noises(of_outputs, (shows / np.maximum(shows.sum(axis=0), 1)).sum(axis=1))
+    in_each = shows.sum(axis=0)
+    return Noises(of_outputs, (shows / np.maximum(in_each, 1)).sum(axis=1), bool((in_each > 1).any()))
 
 
 # What stand to take where one lacks a quantity and the model does not say.

@@ -13,6 +13,9 @@ from acalx.quantities.parameter import Parameter, parameter_groups
 
 __all__ = ["prior_information"]
 
+# Standard deviations between these can be squared, and inverted, with room for what is multiplied by that.
+_LEAST, _MOST = 1e-100, 1e100
+
 
 def prior_information(prior: Mapping[str, float], parameters: tuple[Parameter, ...]) -> Array:
     """1 / sd^2 of each parameter, (p,), from standard deviations by the names of parameters or groups.
@@ -20,7 +23,7 @@ def prior_information(prior: Mapping[str, float], parameters: tuple[Parameter, .
     Raises
     ------
     ArgumentError
-        A name that there is not, a number that is not positive, anything but a mapping.
+        A name that there is not, a number that is not positive or can't be squared, anything but a mapping.
     """
     if not isinstance(prior, Mapping):
         raise ArgumentError.of("prior", prior, "give standard deviations by parameter or group", {"bias": 0.01})
@@ -32,6 +35,9 @@ def prior_information(prior: Mapping[str, float], parameters: tuple[Parameter, .
                 raise ArgumentError.of("prior", {name: deviation}, f"give parameters or groups, {', '.join(groups)}")
             if not is_number(deviation) or deviation <= 0:
                 raise ArgumentError.of("prior", {name: deviation}, "a standard deviation is a positive number")
+            if not _LEAST <= deviation <= _MOST:
+                rule = "a standard deviation is a positive number that can be squared, from 1e-100 to 1e100"
+                raise ArgumentError.of("prior", {name: deviation}, rule)
             if (name in names) == single:
                 information[names[name] if single else groups[name]] = 1.0 / float(deviation) ** 2
     return information

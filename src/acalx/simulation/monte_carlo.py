@@ -119,8 +119,8 @@ def _half_widths(estimate: Estimate, noise: float, confidence: float) -> Array:
     from scipy.special import ndtri, stdtrit
 
     tail = 0.5 * (1.0 + confidence)
-    freedoms = estimate.freedoms
-    if freedoms.min() > 0:
-        return np.asarray(stdtrit(freedoms, tail) * estimate.standard_errors)
-    deviations = noise * estimate.information.standard_deviations
-    return np.broadcast_to(ndtri(tail) * deviations, estimate.parameters.shape)
+    told = estimate.freedoms > 0.0  # of a prior each trial has freedoms of its own
+    widths = estimate.standard_errors * stdtrit(np.where(told, estimate.freedoms, 1.0), tail)
+    if not told.all():
+        widths = np.where(told, widths, ndtri(tail) * noise * estimate.information.standard_deviations)
+    return np.broadcast_to(widths, estimate.parameters.shape)
