@@ -20,10 +20,11 @@ from acalx.planning.evaluation import evaluate
 from acalx.problem import Problem
 from acalx.quantities.parameter import Parameter
 from acalx.quantities.stimulus import Stimulus
+from acalx.quantities.units import SECOND
 from acalx.sensors import AccelTriad, Channel, Polynomial, Sensor, Term
 from acalx.sensors.triads import axis_terms
 from acalx.simulation import ErrorSources, simulate
-from acalx.stands import TwoAxis
+from acalx.stands import Setting, Stand, TwoAxis
 from acalx.testing import check_model
 
 TABLE = TwoAxis()
@@ -211,3 +212,41 @@ def test_the_estimate_weighs_readings_and_prior() -> None:
 def test_priors_that_are_none_are_refused(prior: object, message: str) -> None:
     with pytest.raises(ArgumentError, match=message):
         VectorAccel(prior=prior)  # type: ignore[arg-type]
+
+
+@dataclass(frozen=True)
+class Timer(TwoAxis):
+    """A table whose time in a position is a setting, given in minutes."""
+
+    @property
+    def settings(self) -> tuple[Setting, ...]:  # type: ignore[override]
+        return (*super().settings, Setting.in_unit("dwell", (20.0, 600.0), None, False, SECOND))
+
+    def stimulus(self, settings: Array) -> Stimulus:
+        felt = super().stimulus(settings[..., :2])
+        return Stimulus({**felt, "dwell": settings[..., 2:] / 60.0}, units={"dwell": "min"})
+
+    def derivative(self, settings: Array) -> Stimulus:
+        return Stand.derivative(self, settings)
+
+    def pull(self, settings: Array, gradient: Stimulus) -> Array:
+        return Stand.pull(self, settings, gradient)
+
+    frequencies = None  # type: ignore[assignment]
+
+
+def test_times_that_a_stand_sets_count_in_its_unit_and_in_the_gradient() -> None:
+    stand, rng = Timer(), np.random.default_rng(4)
+    problem = Problem(stand, Compared(Drifting()), D(), 8)
+    program = stand.axes.random(rng, (8,))
+    felt = problem.response.stimulus(program)
+    np.testing.assert_allclose(felt["time"][..., 0], np.cumsum(program[:, 2]) - 0.5 * program[:, 2])
+    _, gradient = problem.loss_and_gradient(program)
+    step = 1e-4 * rng.standard_normal(program.shape) * np.array([1.0, 1.0, 100.0])
+    above, below = problem.losses(np.stack([program + step, program - step]))[..., 0]
+    assert (above - below) / 2 == pytest.approx((gradient * step).sum(), rel=1e-4)
+
+
+def test_a_time_that_the_stand_sets_goes_with_no_noise_that_positions_share() -> None:
+    with pytest.raises(CompatibilityError, match="dwell_s"):
+        Problem(Timer(), Compared(Wandering()), D(), 8)

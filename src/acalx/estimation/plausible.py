@@ -67,7 +67,7 @@ def _expected(model: SensorModel, quantity: str, own: list[int], known: Stimulus
         read: Array = model.readings(model.nominal, known)[..., own]
         mean = float(np.linalg.norm(read, axis=-1).mean())
         return mean if mean > 0.5 * one else None  # a bias may be as large as the others
-    return one if quantity in model.comparison.of_length_one(model.sensor) else None
+    return model.comparison.lengths(model.sensor).get(quantity)
 
 
 def _refuse(readings: Readings, unit: Unit, name: str, mean: float, expected: float, one: float) -> None:

@@ -125,6 +125,11 @@ class Model(ABC):
         """Whether the order of the positions matters: where what is read depends on the time since the start."""
         return "time" in tuple(self.needs)
 
+    @property
+    def coupled(self) -> bool:
+        """Whether rows of a position depend on what is felt in others, or when: by noise that they share."""
+        return False
+
     # ---- what design asks
 
     @abstractmethod

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from itertools import pairwise
+
 import numpy as np
 
 from acalx.numerics.arrays import Array
 from acalx.quantities.information import Information
 from acalx.quantities.parameter import Parameter
 
-__all__ = ["Blocks", "by_blocks", "in_blocks", "touched"]
+__all__ = ["Blocks", "by_blocks", "in_blocks", "runs", "touched"]
 
 # Outputs and parameters of each, as indices.
 Blocks = tuple[tuple[np.ndarray, np.ndarray], ...]
@@ -40,3 +43,8 @@ def touched(blocks: Blocks, outputs: int, count: int) -> np.ndarray:
     for own, numbers in blocks:
         found[own[:, None], numbers] = True
     return found
+
+
+def runs(sizes: Sequence[int]) -> list[tuple[int, int]]:
+    """Where each of so many things of these sizes begins and ends, one behind the other."""
+    return list(pairwise(np.cumsum([0, *sizes]).tolist()))

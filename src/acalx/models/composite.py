@@ -6,12 +6,13 @@ from abc import abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
-from itertools import pairwise, starmap
+from itertools import starmap
 from typing import Any
 
 import numpy as np
 
 from acalx.models.base import Model, Noises, noises_of
+from acalx.models.blocks import runs
 from acalx.models.comparisons import Comparison
 from acalx.numerics.arrays import Array, empty_as
 from acalx.quantities.information import Information
@@ -55,10 +56,8 @@ class Composite(Model):
     @cached_property
     def _named(self) -> tuple[tuple[Parameter, ...], ...]:
         """The parameters of each part as they are called here, each part a sensor of its own, or several."""
-        parts = []
-        for number, (model, prefix) in enumerate(zip(self.models, self.prefixes, strict=True)):
-            parts.append(tuple(self._called_here(one, prefix, number) for one in model.parameters))
-        return tuple(parts)
+        parts = enumerate(zip(self.models, self.prefixes, strict=True))
+        return tuple(tuple(self._called_here(o, prefix, k) for o in one.parameters) for k, (one, prefix) in parts)
 
     def _called_here(self, one: Parameter, prefix: str, number: int) -> Parameter:
         if one.name in self.shared:
@@ -90,6 +89,11 @@ class Composite(Model):
         """Degree of the rows as polynomials in the stimulus, the largest of the parts; None if one of them has none."""
         degrees = [model.degree for model in self.models]
         return max((degree for degree in degrees if degree is not None), default=None) if None not in degrees else None
+
+    @property
+    def coupled(self) -> bool:
+        """Where that of a part does."""
+        return any(model.coupled for model in self.models)
 
     @property
     def entries(self) -> int:
@@ -176,9 +180,9 @@ class Composite(Model):
     @cached_property
     def _blocks(self) -> tuple[tuple[slice, Places], ...]:
         """Outputs and parameters of each part."""
-        outputs = list(starmap(slice, _runs([model.outputs for model in self.models])))
+        outputs = list(starmap(slice, runs([model.outputs for model in self.models])))
         if not self.shared:
-            own: list[Places] = list(starmap(slice, _runs([len(model.parameters) for model in self.models])))
+            own: list[Places] = list(starmap(slice, runs([len(model.parameters) for model in self.models])))
         else:
             numbers = {one.name: k for k, one in enumerate(self.parameters)}
             own = [np.array([numbers[one.name] for one in part]) for part in self._named]
@@ -204,7 +208,7 @@ class Composite(Model):
 
     @cached_property
     def _readings(self) -> tuple[slice, ...]:
-        return tuple(starmap(slice, _runs([len(model.channels) for model in self.models])))
+        return tuple(starmap(slice, runs([len(model.channels) for model in self.models])))
 
     def readings(self, parameters: Array, stimulus: Stimulus) -> Array:
         """What each of the parts reads, side by side."""
@@ -254,10 +258,10 @@ class Composite(Model):
         for model in self.models:
             own = model.noises.of_outputs
             of_outputs += [numbers.setdefault((model.kind, int(k)), len(numbers)) for k in own]
-        touched = np.zeros((self.outputs, len(self.parameters)), dtype=bool)
-        for outputs, place in self._blocks:
-            touched[outputs, place] = True
-        return noises_of(np.array(of_outputs), touched)
+        shown = np.zeros((self.outputs, len(self.parameters)), dtype=bool)
+        for place in self._blocks:
+            shown[place] = True
+        return noises_of(np.array(of_outputs), shown)
 
     def residual_deviations(self, parameters: Array, readings: Array, known: Stimulus | None, own: Array) -> Array:
         """Those of the parts, position by position."""
@@ -293,8 +297,3 @@ class Composite(Model):
         parts = zip(self.models, self._blocks, self._readings, strict=True)
         each = [model.corrected(parameters[..., own], readings[..., place], known) for model, (_, own), place in parts]
         return np.concatenate(each, axis=-1)
-
-
-def _runs(sizes: Sequence[int]) -> list[tuple[int, int]]:
-    """Where each of so many things of these sizes begins and ends, one behind the other."""
-    return list(pairwise(np.cumsum([0, *sizes]).tolist()))

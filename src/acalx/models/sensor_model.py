@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 
-from acalx.errors import CompatibilityError
 from acalx.models.base import Model, Noises, noises_of
 from acalx.models.blocks import Blocks, by_blocks, in_blocks, touched
 from acalx.models.checks import check_compared
@@ -69,6 +68,11 @@ class SensorModel(Model):
     def _independent(self) -> bool:
         """Whether the noise of a position has nothing to do with that of others."""
         return self.sensor.correlation(np.arange(2.0)) is None
+
+    @property
+    def coupled(self) -> bool:
+        """Where the sensor says correlations."""
+        return not self._independent
 
     @cached_property
     def outputs(self) -> int:
@@ -232,12 +236,7 @@ class SensorModel(Model):
         felt = None if known is None else self.in_units(known).mean()
         by_readings = self.comparison.residual(self.sensor, parameters, readings, felt).by_readings
         sigma = self._noise_of(parameters, readings, felt)
-        if not self._independent and np.ptp(own / sigma, axis=0).any():
-            raise CompatibilityError(
-                f"{self.called} has noise that positions share: readings with standard deviations of their own can't "
-                "be weighted beside it; leave these out"
-            )
-        return passed_on(own, sigma, by_readings)
+        return passed_on(own, sigma, by_readings, shared=self.coupled)
 
     @cached_property
     def noises(self) -> Noises:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from acalx.errors import PluginError
+from acalx.errors import CompatibilityError, PluginError
 from acalx.numerics.arrays import Array
 
 __all__ = ["correlated", "flat", "over_shared", "passed_on", "whitened"]
@@ -48,7 +48,7 @@ def whitened(
     return whole[..., 0], whole[..., 1:]
 
 
-def passed_on(own: Array, sigma: Array, by_readings: Array | None) -> Array:
+def passed_on(own: Array, sigma: Array, by_readings: Array | None, *, shared: bool = False) -> Array:
     """Standard deviations (n m,) of residuals in units of the model's, of readings with their own, (n, k).
 
     Parameters
@@ -57,7 +57,19 @@ def passed_on(own: Array, sigma: Array, by_readings: Array | None) -> Array:
     sigma : array (k,) or (n, k)
         What the model says of them.
     by_readings : array (n, m, k), or None where the residual is the readings themselves
+    shared : bool
+        Whether positions share noise: standard deviations in one ratio to the model's are all that goes with it.
+
+    Raises
+    ------
+    CompatibilityError
+        Others beside noise that is shared.
     """
+    if shared and np.ptp(own / sigma, axis=0).any():
+        raise CompatibilityError(
+            "readings with standard deviations of their own can't be weighted beside noise that positions share: leave "
+            "these out"
+        )
     if by_readings is None:
         return np.asarray(own / sigma).reshape(-1)
     passed = [np.sqrt(((by_readings * each[..., None, :]) ** 2).sum(axis=-1)) for each in (own, sigma)]

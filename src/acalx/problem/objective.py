@@ -95,7 +95,7 @@ class Linearization:
         """
         rows = self.response.model.by_information(self.regressors, gradient)
         pulled = self.response.model.pull(self.stimulus, rows)
-        return self.response.place.pull(self.settings, pulled)
+        return self.response.place.pull(self.settings, self.stimulus.untimed(pulled))
 
 
 @dataclass(frozen=True)

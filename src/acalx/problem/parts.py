@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from acalx.errors import ArgumentError, PluginError, asked
+from acalx.errors import ArgumentError, CompatibilityError, PluginError, asked
 from acalx.models import Model
 from acalx.numerics.arrays import Array
 from acalx.options import is_number
@@ -26,7 +26,7 @@ def check_parts(stand: Stand, model: Model, dwell_s: float) -> None:
     Raises
     ------
     CompatibilityError
-        A model that needs what the stand does not provide.
+        A model that needs what the stand does not provide, or sets otherwise than it can bear.
     PluginError
         Where one of them raises, gives something else than finite numbers of the right shape, or changes what it is
         given.
@@ -34,6 +34,11 @@ def check_parts(stand: Stand, model: Model, dwell_s: float) -> None:
     name = f"{type(stand).__name__}.stimulus"
     stimulus = _felt(name, stand, stand.axes.bounds.T)
     model.check(stimulus, stand)
+    if model.coupled and "dwell" in stimulus:
+        raise CompatibilityError(
+            f"the noise of {model.called} is shared by positions according to their times, which stand "
+            f"{type(stand).__name__} sets: take a stand that leaves the time in a position to dwell_s"
+        )
     _check_model(model, stimulus.timed(model.needs, dwell_s), finite=False)
     if not stand.axes.zones:  # within them the stand may have good reasons
         stimulus = _felt(name, stand, stand.axes.random(np.random.default_rng(0), (_TRIED,)))

@@ -190,12 +190,28 @@ class Stimulus(Mapping[str, Array]):
             return self
         some = next(iter(self.values()))
         shape = some.shape[:-1] if self.weights is None else some.shape[:-2]
-        dwell = self.get("dwell", np.full((*shape, 1), dwell_s))
-        across = dwell if self.weights is None or "dwell" not in self else dwell[..., 0, :]
+        if "dwell" in self:
+            dwell = require_unit("dwell", self.units["dwell"], "s") * self["dwell"]
+            across = dwell if self.weights is None else dwell[..., 0, :]
+        else:
+            across = np.full((*shape, 1), dwell_s)
         told = {"dwell": across, "time": np.cumsum(across, axis=-2) - 0.5 * across}
         if self.weights is not None:  # the same throughout a position
             told = {name: np.repeat(value[..., None, :], len(self.weights), axis=-2) for name, value in told.items()}
         return self.made({**self, **{name: told[name] for name in wanted}})
+
+    def untimed(self, gradient: Stimulus) -> Stimulus:
+        """A gradient by the time since the start as one by the times in the positions that make it, if there is one."""
+        if "time" not in gradient:
+            return gradient
+        by_time = gradient["time"] if self.weights is None else gradient["time"].sum(axis=-2)
+        later = np.flip(np.cumsum(np.flip(by_time, axis=-2), axis=-2), axis=-2) - 0.5 * by_time
+        by_dwell = later / require_unit("dwell", "s", self.units.get("dwell", "s"))
+        if self.weights is not None:  # the same throughout a position, whose first sample is read
+            by_dwell = np.concatenate(
+                [by_dwell[..., None, :], np.zeros((*by_dwell.shape[:-1], len(self.weights) - 1, 1))], axis=-2
+            )
+        return gradient.made({**gradient, "dwell": gradient.get("dwell", 0.0) + by_dwell})
 
     def vertical(self) -> Array | None:
         """The specific force where it is one in each position, (..., n, 3); None where it changes, or is not there."""
