@@ -157,7 +157,7 @@ PRIOR = {"bias": 0.5, "misalignment_xy": 0.2}
 
 
 def test_a_prior_is_information_that_is_there_already() -> None:
-    plain, informed = VectorAccel(), VectorAccel(prior=PRIOR)
+    plain, informed = VectorAccel(), VectorAccel(noise_g=1.0, prior=PRIOR)
     felt = TABLE.stimulus(TABLE.axes.random(np.random.default_rng(0), (6,)))
     difference = informed.information(felt).matrix - plain.information(felt).matrix
     expected = np.array([{"bias": 4.0}.get(p.group, 25.0 * (p.name == "misalignment_xy")) for p in plain.parameters])
@@ -211,7 +211,7 @@ def test_the_estimate_weighs_readings_and_prior() -> None:
 )
 def test_priors_that_are_none_are_refused(prior: object, message: str) -> None:
     with pytest.raises(ArgumentError, match=message):
-        VectorAccel(prior=prior)  # type: ignore[arg-type]
+        VectorAccel(noise_g=1.0, prior=prior)  # type: ignore[arg-type]
 
 
 @dataclass(frozen=True)

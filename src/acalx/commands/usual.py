@@ -71,7 +71,9 @@ def _usual(said: Mapping[str, str], folders: Sequence[Path]) -> Mapping[str, Any
     for target in (inner, said.get("model._target_", options.get("_target_"))):
         found = getattr(_class(target), "usual", None)
         if isinstance(found, Mapping):
-            return {option: choice for option, choice in found.items() if option != "n"}  # which needs the model itself
+            suited = {name: choice for name, choice in found.items() if name != "n"}  # which needs the model itself
+            option = f"model.{getattr(_class(target), 'tells_noise', '')}"
+            return {**suited, "errors": "usual"} if said.get(option, "null") != "null" else suited
     return {}
 
 

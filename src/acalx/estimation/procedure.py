@@ -169,6 +169,7 @@ def _words(quantity: str) -> str:
 def noise_of(readings: Readings, noise: float | str | None, model: Model, start: Array, per: Array) -> Array | None:
     """Known standard deviation of each residual in units of the model's noise, (n m,); None where it is estimated."""
     if noise is None:
+        _check_told(readings, model)
         return None
     if noise == "columns":
         if readings.deviations is None or readings.counts is None:
@@ -194,6 +195,21 @@ def noise_of(readings: Readings, noise: float | str | None, model: Model, start:
             unknown=Option("noise", None),
         )
     return np.full(readings.n * model.outputs, float(noise))
+
+
+def _check_told(readings: Readings, model: Model) -> None:
+    """Refuse to estimate the noise beside a prior from no more residuals than parameters: these then fit exactly."""
+    count, p = readings.n * model.outputs, len(model.parameters)
+    if model.prior_information.any() and count <= p:
+        raise DataError(
+            "{name}: {count} residuals of {n} positions do not tell the noise beside a prior of {p} parameters: give "
+            "{noise}, a multiple of that of the model",
+            name=readings.name,
+            count=count,
+            n=readings.n,
+            p=p,
+            noise=Option("noise", 1.0),
+        )
 
 
 def _estimate(

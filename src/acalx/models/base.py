@@ -79,6 +79,8 @@ class Model(ABC):
 
     # What suits the model where a user does not say: options by their groups, and `n`.
     usual: ClassVar[Mapping[str, Any]] = suits()
+    # The option that tells the noise, where it may be left out; told, the errors that suit are those of the sensor.
+    tells_noise: ClassVar[str] = ""
 
     @property
     @abstractmethod

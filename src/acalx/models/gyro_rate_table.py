@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from typing import Any, ClassVar, final
 
 from acalx.models.comparisons import Outputs
+from acalx.models.prior import noise_of, require_told
 from acalx.models.sensor_model import SensorModel
 from acalx.sensors import GyroTriad
 from acalx.sensors.base import suits
-from acalx.sensors.polynomial import require_noise
 
 __all__ = ["GyroRateTable"]
 
@@ -31,23 +31,23 @@ class GyroRateTable(SensorModel):
 
     Parameters
     ----------
-    noise_deg_s : float, deg/s
-        Standard deviation of a reading. With 1, the default, standard deviations are in units
-        of it.
+    noise_deg_s : float, deg/s, optional
+        Standard deviation of a reading. None: it is 1, and results are in units of it.
     prior : mapping of str to float
-        As of `Compared`.
+        As of `Compared`; it takes a noise that is told.
 
     Raises
     ------
     ArgumentError
-        A noise that is not positive.
+        A noise that is not positive; a prior as of `Compared`, or without a noise.
 
     Source: IEEE Std 1431-2004 for the terms.
     """
 
     usual: ClassVar[Mapping[str, Any]] = suits(stand="rate_table", n=12)
-    noise_deg_s: float = 1.0
+    tells_noise: ClassVar[str] = "noise_deg_s"
+    noise_deg_s: float | None = None
 
     def __post_init__(self) -> None:
-        require_noise("noise_deg_s", self.noise_deg_s)
-        self._compare(GyroTriad(noise_deg_s=self.noise_deg_s), Outputs())
+        self._compare(GyroTriad(noise_deg_s=noise_of("noise_deg_s", self.noise_deg_s)), Outputs())
+        require_told("noise_deg_s", self.noise_deg_s, self.prior, 0.01)

@@ -9,6 +9,7 @@ from typing import Any, ClassVar, final
 
 import numpy as np
 
+from acalx.models.prior import noise_of, require_told
 from acalx.models.sensor_model import SensorModel
 from acalx.models.vectors import Magnitude
 from acalx.numerics.arrays import Array, components, empty_as
@@ -35,7 +36,8 @@ class ScalarAccel(SensorModel):
 
         J = h X,   h = (ex, ey, ez, ex^2, ey^2, ez^2, ex ey, ex ez, ez ey).
 
-    Standard deviations come out in units of the standard deviation of J. It is an `AccelTriad` compared by its
+    Standard deviations come out in the units of the parameters where `noise_g` is told, otherwise in units of the
+    standard deviation of J. It is an `AccelTriad` compared by its
     `Magnitude`, with the arithmetic of both written out: what most people calibrate, and what has to be fast.
 
     Parameters
@@ -43,24 +45,34 @@ class ScalarAccel(SensorModel):
     groups : sequence of str
         The groups of parameters that are estimated; the others are taken for zero. Without
         ``nonorthogonality`` the six faces of a cube are enough.
+    noise_g : float, g, optional
+        Standard deviation of a reading. None: it is 1, and results are in units of it.
     prior : mapping of str to float
-        Standard deviations before anything is measured, as of `Compared`, in units of that of J.
+        As of `Compared`; it takes a noise that is told.
 
     Raises
     ------
     ArgumentError
-        No groups, or one that there isn't; a prior as of `Compared`.
+        No groups, or one that there isn't; a noise that is not positive; a prior as of `Compared`, or without a noise.
 
     Source: Egorov, Kiryachenko, Popov (2021).
     """
 
     usual: ClassVar[Mapping[str, Any]] = suits(criterion=None, errors=None, n=9)
+    tells_noise: ClassVar[str] = "noise_g"
     groups: Sequence[str] = GROUPS
+    noise_g: float | None = None
 
     def __post_init__(self) -> None:
-        triad = AccelTriad(groups=self.groups)
+        triad = AccelTriad(groups=self.groups, noise_g=self._deviation)
         object.__setattr__(self, "groups", triad.groups)  # in their order
         self._compare(triad, Magnitude())
+        require_told("noise_g", self.noise_g, self.prior, 1e-4)
+
+    @cached_property
+    def _deviation(self) -> float:
+        """Standard deviation of J: that of a reading, whatever the direction."""
+        return noise_of("noise_g", self.noise_g)
 
     @cached_property
     def _columns(self) -> list[int]:
@@ -70,7 +82,7 @@ class ScalarAccel(SensorModel):
     # ---- as `SensorModel` has them, in fewer steps
 
     def regressors(self, stimulus: Stimulus) -> Array:
-        """Rows h of the residual of the magnitude, (..., n, 1, p): the vertical, its squares and products."""
+        """Rows h of the magnitude, (..., n, 1, p), over its noise: the vertical, its squares and products."""
         if not stimulus.plain:
             return super().regressors(stimulus)
         force = stimulus["specific_force"]
@@ -98,7 +110,7 @@ class ScalarAccel(SensorModel):
         rows[..., 7, 0], rows[..., 7, 2] = z, x
         rows[..., 8, 1], rows[..., 8, 2] = z, y
         chosen = rows if len(self._columns) == 9 else rows[..., self._columns, :]
-        return Stimulus(specific_force=chosen[..., None, :, :])
+        return Stimulus(specific_force=self._over_noise(chosen)[..., None, :, :])
 
     def pull(self, stimulus: Stimulus, rows: Array) -> Stimulus:
         """From a gradient with respect to the rows, (..., n, 1, p), to the specific force, (..., n, 3)."""
@@ -116,20 +128,20 @@ class ScalarAccel(SensorModel):
         return components(bx + x + (sx * x + xy * y + xz * z), by + y + sy * y, bz + z + (sz * z + zy * y))
 
     def linearized(self, parameters: Array, readings: Array, known: Stimulus | None) -> tuple[Array, Array]:
-        """|W| - 1 less h X; where the attitude is not known, the direction that was read is taken for it."""
+        """|W| - 1 less h X, over the noise; where no attitude is known, the direction that was read is taken for it."""
         lengths = np.sqrt((readings * readings).sum(axis=-1))
         if known is None:
             known = Stimulus(specific_force=readings / lengths[..., None])
         rows = self.regressors(known)[..., 0, :]
         explained = parameters @ rows.T if rows.ndim == 2 else np.einsum("...np,...p->...n", rows, parameters)
-        return lengths - 1.0 - explained, rows
+        return self._over_noise(lengths - 1.0) - explained, rows
 
     def residual(self, parameters: Array, readings: Array, known: Stimulus | None) -> tuple[Array, Array]:
         """What is left of the residual of the magnitude once these errors are taken off, and its rows.
 
         J = |eta| - 1 with eta = inv(A) (W - bias); to first order J = h (X - parameters). At zero
         parameters these are |W| - 1 and the rows of the direction that was read,
-        times its magnitude in the places of scale and non-orthogonality.
+        times its magnitude in the places of scale and non-orthogonality. Both over the noise.
         """
         bx, by, bz, sx, sy, sz, xy, xz, zy = self._nine(parameters)
         ax, ay, az = 1.0 / (1.0 + sx), 1.0 / (1.0 + sy), 1.0 / (1.0 + sz)
@@ -149,7 +161,7 @@ class ScalarAccel(SensorModel):
             np.multiply(weight, factor, out=rows[..., 3 + k])
         for k, (weight, factor) in enumerate(((wx, y), (wx, z), (wz, y)), 6):
             np.multiply(weight, factor, out=rows[..., k])
-        return magnitude - 1.0, self._chosen(rows)
+        return self._over_noise(magnitude - 1.0), self._chosen(rows)
 
     def _nine(self, parameters: Array) -> Array:
         """All nine parameters, (9, ..., 1), for those that are estimated, (..., p)."""
@@ -158,4 +170,8 @@ class ScalarAccel(SensorModel):
         return np.moveaxis(full, -1, 0)[..., None]
 
     def _chosen(self, rows: Array) -> Array:
-        return rows if len(self._columns) == 9 else rows[..., self._columns]
+        """The rows of the parameters that are estimated, over the noise."""
+        return self._over_noise(rows if len(self._columns) == 9 else rows[..., self._columns])
+
+    def _over_noise(self, values: Array) -> Array:
+        return values if self.noise_g is None else values / self._deviation

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar, final
 
+from acalx.models.prior import noise_of, require_told
 from acalx.models.sensor_model import SensorModel
 from acalx.models.vectors import Magnitude
 from acalx.sensors import MagnetometerTriad
@@ -30,18 +31,30 @@ class ScalarMagnetometer(SensorModel):
         J = h X,   h = (bx, by, bz, bx^2, by^2, bz^2, bx by, bx bz, bz by).
 
     The stand must say where the field is, as ``stand.dip_deg=65`` does for the two-axis table.
-    Standard deviations come out in units of the standard deviation of J.
+    Standard deviations come out in the units of the parameters where `noise_field` is told, otherwise in units of the
+    standard deviation of J.
 
     Parameters
     ----------
+    noise_field : float, magnitudes of the field, optional
+        Standard deviation of a reading. None: it is 1, and results are in units of it.
     prior : mapping of str to float
-        As of `Compared`, in units of the standard deviation of J.
+        As of `Compared`; it takes a noise that is told.
+
+    Raises
+    ------
+    ArgumentError
+        A noise that is not positive; a prior as of `Compared`, or without a noise.
 
     Source: Gebre-Egziabher, Elkaim, Powell, Parkinson, J. Aerosp. Eng. 19(2), 2006, 87-102, for
     the ellipsoid.
     """
 
     usual: ClassVar[Mapping[str, Any]] = suits(stand="magnetic_table", criterion=None, errors="fine", n=9)
+    tells_noise: ClassVar[str] = "noise_field"
+    noise_field: float | None = None
 
     def __post_init__(self) -> None:
-        self._compare(MagnetometerTriad(), Magnitude("magnetic_field"))
+        noise = noise_of("noise_field", self.noise_field)
+        self._compare(MagnetometerTriad(noise_field=noise), Magnitude("magnetic_field"))
+        require_told("noise_field", self.noise_field, self.prior, 2e-3)

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from typing import Any, ClassVar, final
 
 from acalx.models.comparisons import Outputs
+from acalx.models.prior import noise_of, require_told
 from acalx.models.sensor_model import SensorModel
 from acalx.sensors import AccelTriad
 from acalx.sensors.base import suits
-from acalx.sensors.polynomial import require_noise
 
 __all__ = ["VectorAccel"]
 
@@ -29,23 +29,23 @@ class VectorAccel(SensorModel):
 
     Parameters
     ----------
-    noise_g : float, g
-        Standard deviation of a reading. With 1, the default, standard deviations are in units
-        of it.
+    noise_g : float, g, optional
+        Standard deviation of a reading. None: it is 1, and results are in units of it.
     prior : mapping of str to float
-        As of `Compared`.
+        As of `Compared`; it takes a noise that is told.
 
     Raises
     ------
     ArgumentError
-        A noise that is not positive.
+        A noise that is not positive; a prior as of `Compared`, or without a noise.
 
     Source: IEEE Std 1293-2018, the static model without terms of higher order.
     """
 
     usual: ClassVar[Mapping[str, Any]] = suits(n=6)
-    noise_g: float = 1.0
+    tells_noise: ClassVar[str] = "noise_g"
+    noise_g: float | None = None
 
     def __post_init__(self) -> None:
-        require_noise("noise_g", self.noise_g)
-        self._compare(AccelTriad("full", noise_g=self.noise_g), Outputs())
+        self._compare(AccelTriad("full", noise_g=noise_of("noise_g", self.noise_g)), Outputs())
+        require_told("noise_g", self.noise_g, self.prior, 1e-4)

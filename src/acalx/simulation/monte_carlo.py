@@ -37,6 +37,9 @@ def run_campaign(
 ) -> Outcome:
     """Calibrate so many simulated sensors with the program of a campaign, each with errors of its own.
 
+    The noise is estimated from the residuals, as a calibration does; beside a prior it is known, since positions of
+    which there may be as few as one do not tell it.
+
     Parameters
     ----------
     campaign : Campaign
@@ -68,10 +71,11 @@ def run_campaign(
         chunk = _CHUNK_BYTES // (8 * n * campaign.channels)
     chunk = BLOCK * max(1, chunk // BLOCK)
     noise = campaign.sources.noise
+    told = np.full(n * model.outputs, noise) if model.prior_information.any() else None
     moments = Moments(len(model.parameters))
     for begin in range(0, trials, chunk):
         part = campaign.trials(begin, min(begin + chunk, trials))
-        estimate = estimator.estimate(model, part.readings, part.known)
+        estimate = estimator.estimate(model, part.readings, part.known, told)
         half_widths = _half_widths(estimate, noise, confidence)
         error = np.where(estimate.converged[:, None], estimate.parameters, np.nan) - part.parameters
         for first in range(0, len(error), BLOCK):  # so that chunks add up to the same sums
@@ -119,7 +123,9 @@ def _half_widths(estimate: Estimate, noise: float, confidence: float) -> Array:
     from scipy.special import ndtri, stdtrit
 
     tail = 0.5 * (1.0 + confidence)
-    told = estimate.freedoms > 0.0  # of a prior each trial has freedoms of its own
+    if estimate.known:
+        return np.asarray(ndtri(tail) * estimate.standard_errors)
+    told = estimate.freedoms > 0.0
     widths = estimate.standard_errors * stdtrit(np.where(told, estimate.freedoms, 1.0), tail)
     if not told.all():
         widths = np.where(told, widths, ndtri(tail) * noise * estimate.information.standard_deviations)
