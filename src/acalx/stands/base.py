@@ -129,7 +129,7 @@ class Stand(ABC):
     def aim(self, directions: Array) -> Array:
         """Settings (..., n, d) that bring the vertical to these directions (..., n, 3) of the sensor.
 
-        Settings that are no angles are at rest, 0.
+        Settings that are no angles are at rest: 0, or as near to it as they can be.
 
         Raises
         ------
