@@ -69,7 +69,7 @@ def check_stand(stand: Stand, *, seed: int = 0) -> None:
 
 
 def _check_aim(stand: Stand, directions: Array) -> None:
-    """Settings for directions (..., n, 3), where the stand can be aimed; what is no angle is as near to 0 as it can be."""
+    """Settings for directions (..., n, 3), where the stand can be aimed; what is no angle is as near to 0 as can be."""
     try:
         aimed = stand.aim(directions)
     except CompatibilityError:
