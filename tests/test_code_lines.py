@@ -31,7 +31,7 @@ from acalx.quantities.units import DEGREE_PER_SECOND
 
 G, RATE = 9.80665, math.degrees(EARTH_RATE)
 TURNING = EARTH_RATE**2 / G
-NODES, SIZES = np.polynomial.legendre.leggauss(4)
+NODES, SIZES = np.polynomial.legendre.leggauss(6)
 
 
 @dataclass(frozen=True)

@@ -15,6 +15,7 @@ from acalx.models import as_model
 from acalx.numerics.arrays import Array
 from acalx.quantities.stimulus import EARTH_RATE, Stimulus
 from acalx.sensors import Sensor
+from acalx.stands.motion import TOLERANCES
 
 G = 9.80665
 NINE = ["xx", "xy", "xz", "yx", "yy", "yz", "zx", "zy", "zz"]
@@ -276,20 +277,22 @@ def test_a_pair_has_the_same_information_with_fifty_digits() -> None:
 # ---------------------------------------------------------------- means along a motion
 
 
-@pytest.mark.parametrize("averaging_s", [0.1, 1.0])
-def test_means_along_a_turn_are_those_of_the_motion(averaging_s: float) -> None:
-    table = TwoAxisRateTable(averaging_s=averaging_s)
+@pytest.mark.parametrize(
+    ("averaging_s", "rate"), [(0.1, 100.0), (1.0, 100.0), (3.0, 100.0), (10.0, 100.0), (60.0, 30.0)]
+)
+def test_means_along_a_turn_are_those_of_the_motion(averaging_s: float, rate: float) -> None:
+    table = TwoAxisRateTable(averaging_s=averaging_s, outer_rate_deg_s=(-rate, rate), inner_rate_deg_s=(-rate, rate))
     settings = positions(table, 6, 21)
+    settings[:2, 2:] = np.radians([[rate, rate], [rate, -rate]])
     stimulus = table.stimulus(settings)
     weights = stimulus.weights
     assert weights is not None
     scales = {FORCE: 1.0, RATE: EARTH_RATE, "angular_acceleration": 1.0}
-    # the rule is exact to 1e-6 over a third of a turn; products of two turn twice as fast
-    single, double = (1e-13, 1e-11) if averaging_s == 0.1 else (2e-6, 3e-4)
+    single, double, _ = (1e-12, 1e-10, 0.0) if averaging_s == 0.1 else TOLERANCES
 
     def mean(function: Callable[[float], Array]) -> Array:
         half = 0.5 * averaging_s
-        found = integrate.quad_vec(function, -half, half, epsabs=1e-13, epsrel=1e-13)[0]
+        found = integrate.quad_vec(function, -half, half, epsabs=1e-12, epsrel=1e-11)[0]
         return np.asarray(found / averaging_s)
 
     means = {name: scales[name] * value for name, value in stimulus.mean().items()}
@@ -309,7 +312,7 @@ def test_means_along_a_turn_are_those_of_the_motion(averaging_s: float) -> None:
             np.testing.assert_allclose(found, expected, atol=double * size)
     of_squares = np.einsum("k,nki->ni", weights, stimulus[FORCE] ** 2)
     turned = np.abs(settings[:, 2:]).max(axis=1) > 0.5
-    assert np.abs(of_squares - means[FORCE] ** 2)[turned].max() > (0.1 if averaging_s == 1.0 else 1e-3)
+    assert np.abs(of_squares - means[FORCE] ** 2)[turned].max() > (0.1 if averaging_s >= 1.0 else 1e-3)
 
 
 def test_readings_along_a_turn_are_means_of_readings_and_not_of_what_is_felt() -> None:

@@ -18,7 +18,7 @@ import parts
 from acalx.errors import ArgumentError, CompatibilityError, Option
 from acalx.programs import find_program
 from acalx.quantities.units import DEGREE_PER_SECOND
-from acalx.stands import PlatformGimbals, RateTable, Rotary, Setting, Stand, TwoAxis
+from acalx.stands import Chamber, PlatformGimbals, RateTable, Rotary, Setting, Stand, TwoAxis
 from acalx.stands.fields import limits
 from acalx.stands.turns import UP, Vector
 from acalx.testing import check_stand
@@ -287,6 +287,26 @@ def test_the_rate_is_at_rest_where_directions_are_given() -> None:
     assert not settings[:, 2].any()
     assert RateTable().axes.allows(settings).all()
     assert not RateTable(rate_deg_s=(10, 50)).axes.allows(settings).any()
+
+
+@pytest.mark.parametrize(
+    ("stand", "rest"),
+    [
+        (Chamber(temperature_degC=(20, 60)), 20.0),
+        (Chamber(temperature_degC=(-40, -5)), -5.0),
+        (Chamber(temperature_degC=(21, 60), temperature_step_degC=10), 30.0),
+        (Chamber(temperature_degC=(-40, 5), temperature_step_degC=10), 0.0),
+        (RateTable(rate_deg_s=(10, 50)), math.radians(10.0)),
+        (RateTable(rate_deg_s=(-50, -7), rate_step_deg_s=5), math.radians(-10.0)),
+    ],
+    ids=str,
+)
+def test_rest_is_as_near_to_zero_as_the_limits_allow(stand: Stand, rest: float) -> None:
+    force = stand.stimulus(stand.axes.random(np.random.default_rng(0), (20,)))["specific_force"]
+    aimed = stand.aim(force)
+    assert stand.axes.allows(aimed).all()
+    np.testing.assert_allclose(aimed[:, 2], rest, rtol=1e-12)
+    check_stand(stand)
 
 
 def test_options_are_said_as_arguments() -> None:

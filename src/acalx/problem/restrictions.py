@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from acalx.errors import CompatibilityError, Option
 from acalx.numerics.arrays import Array
-from acalx.quantities.stimulus import Stimulus
+from acalx.quantities.stimulus import VECTORS, Stimulus
 from acalx.stands import Stand
 
 __all__ = ["Restrictions"]
 
-# Positions whose stimuli differ by less, in its unit, are replicates of each other: rounding on a
+# Positions whose stimuli differ by less, as a share of their size, are replicates of each other: rounding on a
 # stand with steps, and elsewhere one degree, since any two can be apart by next to nothing.
 _SAME_STOP = 1e-6
 _SAME_PLACE = 2.0 * np.sin(np.radians(0.5))
@@ -23,6 +24,8 @@ _MOST_DRAWS = 200
 _HALVINGS = 12
 # Positions that one call may be asked about where that saves calls.
 _IN_ONE_CALL = 1024
+# So many positions, the limits among them, show how large a quantity is on a stand.
+_LOOKED_AT = 1000
 
 
 @dataclass(frozen=True, eq=False)
@@ -166,16 +169,27 @@ class Restrictions:
     def alike(self, settings: Array, others: Array) -> np.ndarray:
         """Which positions (..., k, d) the sensor feels as it does others (..., l, d): (..., k, l).
 
-        What of the stimulus the model does not read, it does not feel.
+        What of the stimulus the model does not read, it does not feel. Of a vector that is 1 everywhere, as the
+        vertical, what counts is the chord; any other by its largest magnitude on the stand, and what is no vector by
+        its range. Of motions the mean square difference counts.
         """
         squares = np.zeros((*settings.shape[:-1], others.shape[-2]))
         stimulus, another = self.stand.stimulus(settings), self.stand.stimulus(others)
-        for name in self.feels:
+        for name, size in self._sizes.items():
             felt, other = (_flat(each, name) for each in (stimulus, another))
-            squares += ((felt[..., :, None, :] - other[..., None, :, :]) ** 2).sum(axis=-1)
+            apart = ((felt[..., :, None, :] - other[..., None, :, :]) ** 2).sum(axis=-1)
+            squares += apart if size == 1.0 else apart / size**2
         steps_only = all(setting.step is not None for setting in self.stand.settings)
         limit = _SAME_STOP if steps_only else _SAME_PLACE * (1.0 - 1e-9)
         return np.asarray(squares < limit**2)
+
+    @cached_property
+    def _sizes(self) -> Mapping[str, float]:
+        """What differences of each quantity are held against: 1 where it is a unit vector in every position."""
+        stimulus = self.stand.stimulus(
+            self.stand.axes.candidates(_LOOKED_AT, "structured", np.random.default_rng(0))[:]
+        )
+        return {name: _size(stimulus[name], vector=name in VECTORS) for name in self.feels if name in stimulus}
 
     def canonical(self, settings: Array) -> Array:
         """The same program with whole turns taken off, the fixed positions first, the others sorted by their angles.
@@ -190,8 +204,17 @@ class Restrictions:
 
 
 def _flat(stimulus: Stimulus, name: str) -> Array:
-    """A quantity (..., n, w), its samples side by side."""
+    """A quantity (..., n, w), its samples side by side, each with the root of its weight."""
     value = stimulus[name]
     if stimulus.weights is None:
         return value
-    return value.reshape((*value.shape[:-2], value.shape[-2] * value.shape[-1]))
+    weighted = np.sqrt(stimulus.weights)[:, None] * value
+    return weighted.reshape((*value.shape[:-2], value.shape[-2] * value.shape[-1]))
+
+
+def _size(values: Array, *, vector: bool) -> float:
+    """The largest magnitude of a vector (..., w), the range of another quantity; 1 where there is none."""
+    if vector:
+        largest = float(np.sqrt((values * values).sum(axis=-1).max()))
+        return 1.0 if abs(largest - 1.0) < 1e-6 else largest or 1.0
+    return float((values.max() - values.min()) or 1.0)

@@ -17,6 +17,7 @@ from acalx.options import require_speeds
 from acalx.quantities.stimulus import Stimulus
 from acalx.stands.axes import Axes
 from acalx.stands.fields import check_fields
+from acalx.stands.motion import Samples
 from acalx.stands.setting import Setting
 from acalx.stands.zone_options import read_zones
 from acalx.stands.zones import Zone
@@ -57,7 +58,8 @@ class Stand(ABC):
 
     def __post_init__(self) -> None:
         check_fields(self)
-        _ = self.settings, self.zones, self.speeds  # built once here so that bad ones are refused at construction
+        # built once here so that bad ones are refused at construction
+        _ = self.settings, self.zones, self.speeds, self.samples
 
     # ---- what a stand gives
 
@@ -81,6 +83,11 @@ class Stand(ABC):
     def axes(self) -> Axes:
         """The range of the settings: limits, steps and zones, and what follows from them."""
         return Axes(self.settings, self.zones, type(self).__name__)
+
+    @property
+    def samples(self) -> Samples | None:
+        """Of the motion within a position, where there is one; None, the default: what is felt does not change."""
+        return None
 
     def derivative(self, settings: Array) -> Stimulus:
         """Derivatives of the stimulus with respect to the settings, arrays (..., n, width, d).
@@ -125,7 +132,7 @@ class Stand(ABC):
     def aim(self, directions: Array) -> Array:
         """Settings (..., n, d) that bring the vertical to these directions (..., n, 3) of the sensor.
 
-        Settings that are no angles are at rest, 0.
+        Settings that are no angles are at rest: 0, or as near to it as they can be.
 
         Raises
         ------

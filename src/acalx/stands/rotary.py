@@ -109,7 +109,7 @@ class Rotary(Stand):
         """Settings for directions of the vertical in sensor axes, (..., n, 3) to (..., n, d), at rest.
 
         Two pairs of angles show the same vertical; it is the first that the limits allow. Settings
-        that are no angles are at rest, 0.
+        that are no angles are at 0, or as near to it as they can be.
 
         Raises
         ------
@@ -188,8 +188,9 @@ class Rotary(Stand):
         Where `free` (..., n), the inner angle does not matter.
         """
         inner = self.angles[1]
-        any_angle = min(max(0.0, inner.lower), inner.upper) if inner.step is None else inner.stops()[0]
-        rest = np.zeros((*first.shape[:-1], len(self.settings) - 2))
+        any_angle = inner.rest if inner.step is None else inner.stops()[0]
+        further = [setting.rest for setting in self.settings[2:]]
+        rest = np.broadcast_to(further, (*first.shape[:-1], len(further)))
         ways = [self._reached(np.concatenate([angles, rest], axis=-1)) for angles in (first, second)]
         for way in ways:
             way[..., 1] = np.where(free & ~inner.allows(way[..., 1]), any_angle, way[..., 1])

@@ -102,6 +102,13 @@ class Setting:
         return self.unit.turn is not None
 
     @property
+    def rest(self) -> float:
+        """Where it is at rest: 0, or what of its limits and steps is nearest to that."""
+        if self.step is not None:
+            return float(self.nearest(np.zeros(())))
+        return min(max(0.0, self.lower), self.upper)
+
+    @property
     def column(self) -> str:
         """Its name with the unit, as in files and on the command line."""
         return self.unit.column(self.name)

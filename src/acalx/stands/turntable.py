@@ -16,13 +16,11 @@ from acalx.quantities.stimulus import EARTH_RATE, Stimulus
 from acalx.quantities.units import SECOND
 from acalx.stands.base import Setting, Stand
 from acalx.stands.fields import limits, number
+from acalx.stands.motion import MOST_HALF, Samples, samples
 from acalx.stands.rotary import Rotary
 from acalx.stands.turns import UP, Vector
 
 __all__ = ["Turntable"]
-
-# Of the turn, by the rule of Gauss and Legendre; only the level part of the Earth's rate changes along it.
-_NODES, _SIZES = np.polynomial.legendre.leggauss(8)
 
 
 @final
@@ -38,7 +36,7 @@ class Turntable(Rotary):
     Parameters
     ----------
     turn_deg : pair of float, degrees
-        Limits of the angle of a turn, counterclockwise seen from above; several turns are allowed.
+        Limits of the angle of a turn, counterclockwise seen from above; up to twelve turns are allowed.
     alpha1_deg, alpha2_deg : pair of float, degrees
         Limits of the angles of the fixture.
     turn_s : float, s
@@ -53,7 +51,8 @@ class Turntable(Rotary):
     Raises
     ------
     ArgumentError
-        Limits the wrong way round or not finite, a latitude beyond a pole, a time that is not positive.
+        Limits the wrong way round or not finite, a latitude beyond a pole, a time that is not positive,
+        more than twelve turns.
 
     Source: Tedaldi, Pretto, Menegatti, ICRA 2014, for gyros calibrated by turns between rests.
     """
@@ -79,14 +78,22 @@ class Turntable(Rotary):
         latitude = math.radians(self.latitude_deg)
         return {"specific_force": UP, "angular_rate": (math.cos(latitude), None, math.sin(latitude))}
 
+    @cached_property
+    def samples(self) -> Samples:
+        """Of a turn, as many as the longest that the limits allow needs."""
+        lower, upper = self.turn_deg
+        most = math.floor(math.degrees(2.0 * MOST_HALF))
+        half = math.radians(0.5 * max(abs(lower), abs(upper)))
+        return samples(half, "turn_deg", [lower, upper], [max(lower, -most), min(upper, most)])
+
     def stimulus(self, settings: Array) -> Stimulus:
         """What is felt along the turn, settings (..., n, 3) in rad to arrays (..., n, samples, 3)."""
-        at = np.repeat(settings[..., None, :], len(_NODES), axis=-2)
-        at[..., 0] *= 0.5 * (1.0 + _NODES)
+        at = np.repeat(settings[..., None, :], len(self.samples), axis=-2)
+        at[..., 0] *= 0.5 * (1.0 + self.samples.places)
         felt = dict(super().stimulus(at))
         rate = settings[..., 0] / (self.turn_s * EARTH_RATE)
         felt["angular_rate"] = felt["angular_rate"] + rate[..., None, None] * felt["specific_force"]
-        return Stimulus(felt, weights=_SIZES / 2.0)
+        return Stimulus(felt, weights=self.samples.weights)
 
     def derivative(self, settings: Array) -> Stimulus:
         """Its derivatives by differences, arrays (..., n, samples, 3, 3)."""

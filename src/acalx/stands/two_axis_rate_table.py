@@ -15,15 +15,11 @@ from acalx.quantities.stimulus import EARTH_RATE, Stimulus
 from acalx.quantities.units import DEGREE_PER_SECOND, SECOND
 from acalx.stands.base import Setting
 from acalx.stands.fields import limits, number, step
+from acalx.stands.motion import MOST_HALF, Samples, samples
 from acalx.stands.rotary import Rotary
 from acalx.stands.turns import UP, Part, Vector, differentiated, turned, vectors
 
 __all__ = ["TwoAxisRateTable"]
-
-# Of the motion within a position, by the rule of Gauss and Legendre: exact to 1e-6 over a third of a turn.
-_SAMPLES = 4
-_NODES, _SIZES = np.polynomial.legendre.leggauss(_SAMPLES)
-_WEIGHTS = _SIZES / 2.0
 
 
 @final
@@ -32,7 +28,8 @@ class TwoAxisRateTable(Rotary):
     """A table that can turn about both of its axes while the sensor is read: the outer one level, the inner one on it.
 
     A position is a pair of angles and a pair of rates, zero at rest; the angles are those in the middle of a reading,
-    which is a mean over `averaging_s`. With C = Rz(inner) Rx(outer) the sensor feels, in its axes,
+    which is a mean over `averaging_s`, of as many samples as the limits of the rates need. With C = Rz(inner) Rx(outer)
+    the sensor feels, in its axes,
 
         a = C (0, 0, 1)  in g,   w = C w_earth + outer rate Rz(inner) (1, 0, 0) + inner rate (0, 0, 1),
 
@@ -61,7 +58,8 @@ class TwoAxisRateTable(Rotary):
     Raises
     ------
     ArgumentError
-        Limits the wrong way round or not finite, a latitude beyond a pole, a time that is negative.
+        Limits the wrong way round or not finite, a latitude beyond a pole, a time that is negative, or so long that
+        the sensor would make more than twelve turns in it.
 
     Source: IEEE Std 1431-2004, rate-table tests; IEEE Std 1293-2018, multipoint tests.
     """
@@ -158,14 +156,20 @@ class TwoAxisRateTable(Rotary):
         """None: along a motion what is felt is no trigonometric polynomial in the rates."""
         return
 
+    @cached_property
+    def samples(self) -> Samples:
+        """Of the motion, as many as the fastest and longest that the limits allow needs."""
+        fastest = 0.5 * float(np.abs(self.axes.bounds[2:]).max(axis=1).sum())
+        return samples(self.averaging_s * fastest, "averaging_s", self.averaging_s, int(MOST_HALF / fastest))
+
     def _along(self, settings: Array) -> tuple[Array, Array, Array | None]:
         """Settings along the motion, (..., n, samples, 4), when they are, (samples, 1) in s, and their weights."""
         if self.averaging_s == 0.0:
             return settings, np.zeros(1), None
-        times = 0.5 * self.averaging_s * _NODES
-        at = np.repeat(settings[..., None, :], _SAMPLES, axis=-2)
+        times = 0.5 * self.averaging_s * self.samples.places
+        at = np.repeat(settings[..., None, :], len(times), axis=-2)
         at[..., :2] += times[:, None] * settings[..., None, 2:]
-        return at, times[:, None], _WEIGHTS
+        return at, times[:, None], self.samples.weights
 
 
 def _sum(part: Part, more: Array) -> Array:

@@ -69,7 +69,7 @@ def check_stand(stand: Stand, *, seed: int = 0) -> None:
 
 
 def _check_aim(stand: Stand, directions: Array) -> None:
-    """Settings for directions (..., n, 3), where the stand can be aimed; those that are no angles are at rest."""
+    """Settings for directions (..., n, 3), where the stand can be aimed; what is no angle is as near to 0 as can be."""
     try:
         aimed = stand.aim(directions)
     except CompatibilityError:
@@ -77,8 +77,10 @@ def _check_aim(stand: Stand, directions: Array) -> None:
     require_shape(stand, "aim", aimed, (*directions.shape[:-1], len(stand.settings)))
     force = dict(stand.stimulus(aimed).items())["specific_force"]
     require_close(stand, "aim brings the vertical where it is told", force, directions, 1e-7)
-    moving = aimed[..., [not setting.angle for setting in stand.settings]]
-    require(not moving.any(), stand, "aim leaves settings that are no angles at rest")
+    for k, setting in enumerate(stand.settings):
+        if not setting.angle:
+            rule = f"aim leaves {setting.name} at rest, which is {setting.rest:g} here"
+            require(bool((aimed[..., k] == setting.rest).all()), stand, rule)
 
 
 def _check_equivalents(stand: Stand, program: Array) -> None:
