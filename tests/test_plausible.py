@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 import pytest
 
-from acalx.errors import DataError
+from acalx.errors import ArgumentError, DataError
 from acalx.estimation import Readings, Unit, calibrate
-from acalx.models import Compared, Model, ScalarAccel, VectorAccel
+from acalx.models import Compared, Joined, Model, ScalarAccel, VectorAccel, as_model
 from acalx.numerics.arrays import Array
+from acalx.quantities.parameter import Parameter
 from acalx.quantities.stimulus import Stimulus
-from acalx.sensors import GyroTriad, PlatformGyro
-from acalx.stands import TwoAxis
+from acalx.sensors import IMU, GyroTriad, PlatformGyro, Polynomial, Sensor, Term
+from acalx.stands import TwoAxis, TwoAxisRateTable
 
 RNG = np.random.default_rng(0)
 TURNED = TwoAxis().stimulus(TwoAxis().axes.random(RNG, (12,)))
@@ -56,3 +59,42 @@ def test_an_offset_does_not_make_positions_alike() -> None:
     means = 32768.0 + 16.0 * read(ScalarAccel(), known, 1e-4)
     found = calibrate(means, ScalarAccel(), unit=Unit("counts", 16.0, offset=32768.0))
     assert found.noise == pytest.approx(1e-4, rel=0.8)
+
+
+@pytest.mark.parametrize(
+    ("accel", "gyro", "message"),
+    [(1.0, 0.0174533, "rad/s"), (9.80665, 1.0, "m/s"), (1.0, 3600.0, "deg/h"), (1.0, 16.4, "16.4")],
+)
+def test_readings_that_follow_by_another_factor_than_their_unit_says_are_refused(
+    accel: float, gyro: float, message: str
+) -> None:
+    stand, model = TwoAxisRateTable(), as_model(IMU())
+    rng = np.random.default_rng(6)
+    known = stand.stimulus(stand.axes.random(rng, (24,)))
+    truth = 0.01 * rng.standard_normal(len(model.parameters))
+    readings = model.readings(truth, known) * np.repeat([accel, gyro], 3)
+    with pytest.raises(DataError, match=message):
+        calibrate(Readings("unit", readings, stimulus=known), model)
+    per = {"g": accel, "deg/s": gyro}
+    found = calibrate(Readings("unit", readings, stimulus=known), model, unit=Unit("what it is", per))
+    np.testing.assert_allclose(found.estimate.parameters, truth, atol=1e-8)
+
+
+def test_one_number_is_none_for_channels_in_several_units() -> None:
+    with pytest.raises(ArgumentError, match="a number for each"):
+        Unit("m/s^2", 9.80665).per_channel(IMU().channels)
+
+
+def test_what_parts_have_in_common_is_one_and_the_same() -> None:
+    one, other = (Parameter("bias", "bias", unit) for unit in ("g", "mg"))
+
+    def sensor(parameter: Parameter) -> Sensor:
+        @dataclass(frozen=True)
+        class One(Polynomial):
+            terms = (Term(parameter), Term(Parameter("scale", "scale", "1"), "fx"))
+
+        return One()
+
+    Joined({"a": sensor(one), "b": sensor(one)}, common=["bias"])
+    with pytest.raises(ArgumentError, match="different units"):
+        Joined({"a": sensor(one), "b": sensor(other)}, common=["bias"])

@@ -10,15 +10,20 @@ from acalx.estimation.units import Unit
 from acalx.models import Model
 from acalx.models.sensor_model import SensorModel
 from acalx.numerics.arrays import Array
-from acalx.quantities.stimulus import UNITS_OF, Stimulus, conversion
+from acalx.quantities.parameter import parameter_groups
+from acalx.quantities.stimulus import UNITS_OF, Stimulus, conversion, same_kind
 
-__all__ = ["OF_LENGTH_ONE", "check_positions", "question_magnitude"]
+__all__ = ["OF_LENGTH_ONE", "check_positions", "question_unit"]
 
 # Units in which what is felt has a size that everybody knows: gravity, and the strength of the field.
 OF_LENGTH_ONE = ("g", "field")
 # Vectors that are never so small that a bias could be as large.
 _STRONG = ("specific_force", "magnetic_field")
 _LEAST, _MOST = 0.7, 1.4
+# Scale errors are far smaller than one half; other units are further off.
+_HALF, _NEAR = 0.5, 0.2
+# Positions in which what is felt is a good part of the most that is, and that most in standard deviations.
+_MOVED, _BEYOND = 0.3, 100.0
 # Where a sensor of a vector of one length is turned its readings differ by more than this share of their level.
 _ALIKE = 1e-3
 
@@ -41,7 +46,13 @@ def check_positions(readings: Readings, model: Model, unit: Unit) -> None:
         raise DataError(f"{readings.name}: all {readings.n} positions read the same; turn the sensor between them")
 
 
-def question_magnitude(readings: Readings, model: Model, unit: Unit) -> None:
+def question_unit(readings: Readings, model: Model, unit: Unit) -> None:
+    """Raise DataError for readings that can't be in the unit that they are said to be in, by what is known of them."""
+    _question_magnitude(readings, model, unit)
+    _question_scale(readings, model, unit)
+
+
+def _question_magnitude(readings: Readings, model: Model, unit: Unit) -> None:
     """Refuse readings of triads that can't be in the unit that they are said to be in, by lengths that are known."""
     if unit.per_g is None or not isinstance(model, SensorModel):  # found from the readings themselves
         return
@@ -54,7 +65,44 @@ def question_magnitude(readings: Readings, model: Model, unit: Unit) -> None:
             continue
         mean, one = float(np.linalg.norm(readings.means[:, own] - unit.offset, axis=1).mean()), float(per[own[0]])
         if not _LEAST < mean / (one * expected) < _MOST:
-            _refuse(readings, unit, wanted, mean, expected, one)
+            _refuse(readings, model, unit, wanted, mean, expected, one)
+
+
+def _question_scale(readings: Readings, model: Model, unit: Unit) -> None:
+    """Refuse readings that follow what was felt, where that is known, by another factor than their unit says.
+
+    Signs are not looked at: an axis may be reversed. A unit of channels counts where what is felt moves their readings
+    far beyond their noise.
+    """
+    known = readings.stimulus
+    if unit.per_g is None or known is None or not all(name in known for name in model.needs):
+        return
+    expected = model.readings(model.nominal, known)
+    means = (readings.means - unit.offset) / unit.per_channel(model.channels)
+    deviations = np.broadcast_to(model.deviations(known), expected.shape)
+    for own in dict.fromkeys(channel.unit for channel in model.channels):
+        which = [k for k, channel in enumerate(model.channels) if channel.unit == own]
+        felt, read = ((each - np.median(each, axis=0))[:, which] for each in (expected, means))
+        moved = np.abs(felt) > _MOVED * np.abs(felt).max()
+        told = all(model.channels[k].noise != 1.0 for k in which)
+        if told and not np.abs(felt).max() > _BEYOND * deviations[:, which].max():
+            continue
+        factor = float(np.median(np.abs(read[moved] / felt[moved]))) if moved.any() else 1.0
+        if not _HALF < factor < 1.0 / _HALF:
+            _refuse_scale(readings, unit, own, factor)
+
+
+def _refuse_scale(readings: Readings, unit: Unit, own: str, factor: float) -> None:
+    guesses = [name for name in same_kind(own) if abs(np.log(factor / (conversion(own, name) or np.inf))) < _NEAR]
+    raise DataError(
+        "{name}: channels in {own} follow what was felt by a factor of {factor:.4g}; is their unit right?{looks} "
+        "Nothing is scaled silently: say what they are, {given}",
+        name=readings.name,
+        own=own,
+        factor=factor,
+        looks=f" They look like {guesses[0]}." if guesses else "",
+        given=Option("unit.per_g", {own: float(f"{factor:.4g}")}),
+    )
 
 
 def _expected(model: SensorModel, quantity: str, own: list[int], known: Stimulus | None) -> float | None:
@@ -70,9 +118,9 @@ def _expected(model: SensorModel, quantity: str, own: list[int], known: Stimulus
     return model.comparison.lengths(model.sensor).get(quantity)
 
 
-def _refuse(readings: Readings, unit: Unit, name: str, mean: float, expected: float, one: float) -> None:
+def _refuse(readings: Readings, model: Model, unit: Unit, name: str, mean: float, expected: float, one: float) -> None:
     meters, g = Option("unit", "m_s2", 'Unit("m/s^2", 9.80665)'), Option("unit", "g", "Unit()")
-    each = mean / expected
+    each, found = mean / expected, model.by_length and "scale" in parameter_groups(model.parameters)
     if name == "g":
         guess = (
             "m/s^2 ({meters})"
@@ -85,8 +133,8 @@ def _refuse(readings: Readings, unit: Unit, name: str, mean: float, expected: fl
         guess = "{each:.4g} a field strength" if name == "field" else "{each:.4g} for 1 {of}"
     raise DataError(
         "{name}: the mean magnitude is {mean:.5g}, but {length:.5g} {of} should read {expected:.6g} {unit}; "
-        f"is the unit right? This looks like {guess}. Nothing is scaled silently: give the right unit, "
-        "or {counts} {unknown} to have the scale found",
+        f"is the unit right? This looks like {guess}. Nothing is scaled silently: give the right unit"
+        + (", or {counts} {unknown} to have the scale found" if found else ""),
         name=readings.name,
         of=name,
         mean=mean,

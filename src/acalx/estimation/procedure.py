@@ -11,7 +11,7 @@ from acalx.estimation.base import Estimator
 from acalx.estimation.calibration import CONFIDENCE, Calibration
 from acalx.estimation.estimate import Estimate
 from acalx.estimation.iterated import Iterated
-from acalx.estimation.plausible import OF_LENGTH_ONE, check_positions, question_magnitude
+from acalx.estimation.plausible import OF_LENGTH_ONE, check_positions, question_unit
 from acalx.estimation.readings import Readings
 from acalx.estimation.units import Unit
 from acalx.models import Model, ScalarAccel, as_model
@@ -83,7 +83,7 @@ def calibrate(
         check_readings(model, known)
     check_positions(readings, model, unit)
     start, per = starting_point(readings.means - unit.offset, readings.stimulus, model, unit)
-    question_magnitude(readings, model, unit)
+    question_unit(readings, model, unit)
     _check_shown(readings, model, estimator, start, (readings.means - unit.offset) / per)
     estimate = _estimate(readings, model, estimator, per, unit.offset, noise, start)
     if unit.per_g is None:  # once more, with scale errors that are relative to their mean

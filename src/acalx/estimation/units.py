@@ -76,6 +76,14 @@ class Unit:
         """
         if not isinstance(self.per_g, Mapping):
             assert self.per_g is not None  # found, where it was not given
+            several = list(dict.fromkeys(channel.unit for channel in channels))
+            if self.per_g != 1.0 and len(several) > 1:
+                raise ArgumentError(
+                    "{given}: the sensor's channels are in {units}: give a number for each, as in {each}",
+                    given=Option("per_g", self.per_g),
+                    units=" and ".join(several),
+                    each=Option("per_g", {several[0]: self.per_g, **dict.fromkeys(several[1:], 1.0)}),
+                )
             return np.full(len(channels), float(self.per_g))
         units = dict.fromkeys(channel.unit for channel in channels)
         if set(units) != set(self.per_g):

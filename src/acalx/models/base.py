@@ -4,17 +4,16 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Mapping
-from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from acalx.errors import CompatibilityError, Option
 from acalx.models.numerical import numerical_derivative
+from acalx.models.provided import Provider, check_provided
 from acalx.numerics.arrays import Array
 from acalx.quantities.information import Information
 from acalx.quantities.parameter import Parameter
-from acalx.quantities.stimulus import Stimulus, conversion
+from acalx.quantities.stimulus import Stimulus
 from acalx.sensors.base import Channel, suits
 
 if TYPE_CHECKING:
@@ -50,23 +49,6 @@ def noises_of(of_outputs: np.ndarray, touched: np.ndarray) -> Noises:
     shows = np.stack([touched[of_outputs == k].any(axis=0) for k in range(count)])
     in_each = shows.sum(axis=0)
     return Noises(of_outputs, (shows / np.maximum(in_each, 1)).sum(axis=1), bool((in_each > 1).any()))
-
-
-# What stand to take where one lacks a quantity and the model does not say.
-_GIVEN_BY: Mapping[str, str] = MappingProxyType(
-    {
-        "angular_rate": "rate_table",
-        "angular_acceleration": "two_axis_rate_table",
-        "magnetic_field": "magnetic_table",
-        "temperature": "chamber",
-    }
-)
-
-
-class _Stand(Protocol):
-    """What a model asks of an `acalx.stands.Stand`."""
-
-    def advice(self, quantity: str) -> tuple[str, Mapping[str, Option]]: ...
 
 
 class Model(ABC):
@@ -177,32 +159,9 @@ class Model(ABC):
             rows = rows[..., None, :, :]
         return stimulus.made({name: np.einsum("...mp,...mpk->...k", rows, each) for name, each in by_stimulus})
 
-    def check(self, stimulus: Stimulus, stand: _Stand) -> None:
+    def check(self, stimulus: Stimulus, stand: Provider) -> None:
         """Raise CompatibilityError where the stand does not provide what the model needs, or in another unit."""
-        wanted = self.needs if isinstance(self.needs, Mapping) else dict.fromkeys(self.needs)
-        for name, unit in wanted.items():
-            if name not in stimulus and name in ("dwell", "time"):
-                continue  # which the program itself tells
-            if name not in stimulus:
-                advice, options = stand.advice(name)
-                suited = self.usual.get("stand")
-                if not advice and (suited := suited or _GIVEN_BY.get(name)):
-                    advice, options = "; use {suited}", {"suited": Option("stand", suited)}
-                raise CompatibilityError(
-                    "model {model} needs the {quantity}, which stand {stand} does not provide" + advice,
-                    model=self.called,
-                    quantity=name.replace("_", " "),
-                    stand=type(stand).__name__,
-                    **options,
-                )
-            given = stimulus.units[name]
-            if unit is not None and conversion(given, unit) is None:
-                told = given or "a unit that it does not tell"
-                raise CompatibilityError(
-                    f"model {self.called} needs the {name.replace('_', ' ')} in {unit}, but stand "
-                    f"{type(stand).__name__} gives it in {told}: let the stand give it in {unit}, and say so by "
-                    f"units={{{name!r}: {unit!r}}} of its Stimulus, or let the sensor take it as it comes"
-                )
+        check_provided(self.needs, self.called, self.usual.get("stand"), stimulus, stand)
 
     @property
     def called(self) -> str:

@@ -181,6 +181,8 @@ def _given(sensor: Sensor, name: str) -> bool:
 
 
 def _require_array(name: str, found: Any) -> None:
+    if isinstance(found, np.ndarray) and found.dtype.kind == "f" and found.dtype.itemsize < np.dtype(float).itemsize:
+        raise PluginError(f"{name} gave an array of {found.dtype}; derivatives and estimates need double precision")
     if not isinstance(found, np.ndarray) or found.dtype.kind not in "fiu":
         what = f"an array of {found.dtype}" if isinstance(found, np.ndarray) else type(found).__name__
         raise PluginError(f"{name} gave {what}; expected an array of real numbers")

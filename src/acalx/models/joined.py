@@ -58,6 +58,7 @@ class Joined(Composite):
                 if (count := sum(name in names for names in each)) < 2:
                     have = f"{count or 'none'} of the parts has a parameter {name}"
                     raise ArgumentError.of("common", list(self.common), f"{have}; two or more must")
+                self._check_alike(name)
         names = [
             prefix + name
             for prefix, part in zip(self.prefixes, each, strict=True)
@@ -71,6 +72,20 @@ class Joined(Composite):
                 + "each needs its own: give names, as in {named}",
                 named=Option("parts", "{first: MODEL, second: MODEL}", '{"first": ..., "second": ...}'),
             )
+
+    def _check_alike(self, name: str) -> None:
+        """Raise ArgumentError for a common parameter that is not the same in all parts that have it."""
+        found = [one for model in self.models for one in model.parameters if one.name == name]
+        for what, values in (
+            ("units", [one.unit for one in found]),
+            ("groups", [one.group for one in found]),
+            ("nominal values", [one.nominal for one in found]),
+        ):
+            if len(set(values)) > 1:
+                told = ", ".join(map(str, dict.fromkeys(values)))
+                raise ArgumentError.of(
+                    "common", list(self.common), f"{name} has different {what} in the parts: {told}; they must be one"
+                )
 
     @cached_property
     def models(self) -> tuple[Model, ...]:

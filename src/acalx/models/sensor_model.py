@@ -17,7 +17,7 @@ from acalx.models.corrected import corrected_of, felt_of
 from acalx.models.numerical import coupled_pull
 from acalx.models.prior import prior_information
 from acalx.models.standins import Averaged
-from acalx.models.start import generic_least, sphere_start
+from acalx.models.start import generic_least, of_spheres, sphere_start
 from acalx.models.table import Table
 from acalx.models.whitening import correlated, flat, over_shared, passed_on, whitened
 from acalx.numerics.arrays import Array
@@ -203,10 +203,9 @@ class SensorModel(Model):
     def start(self, readings: Array, known: Stimulus | None) -> Array:
         """The parameters of a sensor without errors, or where only a length is known those of a sphere's fit."""
         lengths = self.comparison.lengths(self.sensor)
-        if not self.comparison.by_length or self.sensor.senses != tuple(lengths) or len(self.channels) % 3:
+        if not self.comparison.at_once or not of_spheres(self.sensor, lengths):
             return super().start(readings, known)
-        (length,) = lengths.values()
-        return sphere_start(self.sensor, readings, None if known is None else self.in_units(known).mean(), length)
+        return sphere_start(self.sensor, readings, None if known is None else self.in_units(known).mean(), lengths)
 
     def felt(self, parameters: Array, readings: Array, known: Stimulus | None) -> Stimulus | None:
         """What is known of it, or where it follows from the readings that, with the length that it has."""

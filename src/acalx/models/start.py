@@ -14,14 +14,20 @@ from acalx.numerics.sphere import fit_sphere
 from acalx.quantities.stimulus import VECTORS, Stimulus
 from acalx.sensors.base import Sensor
 
-__all__ = ["generic_least", "sphere_start"]
+__all__ = ["generic_least", "of_spheres", "sphere_start"]
 
 
-def sphere_start(sensor: Sensor, readings: Array, known: Stimulus | None, length: float) -> Array:
+def of_spheres(sensor: Sensor, lengths: Mapping[str, float]) -> bool:
+    """Whether its channels are triads of vectors of these lengths: of one of them all, or of each of them one."""
+    triads, senses = len(sensor.channels) // 3, sensor.senses
+    return 3 * triads == len(sensor.channels) and set(senses) == set(lengths) and len(senses) in (1, triads)
+
+
+def sphere_start(sensor: Sensor, readings: Array, known: Stimulus | None, lengths: Mapping[str, float]) -> Array:
     """Parameters (..., p) of a sensor whose triads read the spheres that their readings (..., n, k) lie on, nearly.
 
-    The first triad lies along the axes; each other one is turned to it as its readings are to those of the first.
-    The vector has the length that is given, in the unit in which the sensor takes it.
+    The first triad lies along the axes; others of the same vector are turned to it as their readings are to those of
+    the first. Vectors have the lengths that are given, in the units in which the sensor takes them.
     """
     directions = np.array([each for each in itertools.product((-1.0, 0.0, 1.0), repeat=3) if any(each)])
     directions /= np.linalg.norm(directions, axis=1, keepdims=True)
@@ -31,7 +37,7 @@ def sphere_start(sensor: Sensor, readings: Array, known: Stimulus | None, length
         name: np.broadcast_to(each.mean(axis=-2).reshape(-1, each.shape[-1])[:1], (count, each.shape[-1]))
         for name, each in others.items()
     }
-    at = Stimulus({**around, sensor.senses[0]: length * directions})
+    at = Stimulus({**around, **{name: length * directions for name, length in lengths.items()}})
     rows = sensor.by_parameters(sensor.nominal, at)  # (26, k, p)
     triads = [readings[..., k : k + 3] for k in range(0, readings.shape[-1], 3)]
     fits = [fit_sphere(triad) for triad in triads]
@@ -41,7 +47,8 @@ def sphere_start(sensor: Sensor, readings: Array, known: Stimulus | None, length
     ]
     wanted = []
     for k, (center, radius) in enumerate(fits):
-        turned = directions if k == 0 else directions @ _rotation(felt[0], felt[k]).swapaxes(-1, -2)
+        alone = k == 0 or len(sensor.senses) > 1
+        turned = directions if alone else directions @ _rotation(felt[0], felt[k]).swapaxes(-1, -2)
         wanted.append(center[..., None, :] + radius[..., None, None] * turned)
     off = np.concatenate(wanted, axis=-1) - sensor.readings(sensor.nominal, at)
     inverse = np.linalg.pinv(rows.reshape(-1, rows.shape[-1]))

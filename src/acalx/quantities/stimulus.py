@@ -11,7 +11,7 @@ import numpy as np
 from acalx.errors import ArgumentError
 from acalx.numerics.arrays import Array
 
-__all__ = ["AT_REST", "EARTH_RATE", "UNITS_OF", "VECTORS", "Stimulus", "conversion"]
+__all__ = ["AT_REST", "EARTH_RATE", "UNITS_OF", "VECTORS", "Stimulus", "conversion", "same_kind"]
 
 # In rad/s, 15.041 deg/h: the unit of angular rate. Source: IERS Conventions (2010), table 1.2.
 EARTH_RATE = 7.292115e-5
@@ -70,6 +70,11 @@ def conversion(given: str, wanted: str) -> float | None:
         return 1.0
     own, other = _SIZES.get(given), _SIZES.get(wanted)
     return own[1] / other[1] if own and other and own[0] == other[0] else None
+
+
+def same_kind(unit: str) -> list[str]:
+    """Other units that values in this one can be converted to."""
+    return [name for name in _SIZES if name != unit and conversion(unit, name) is not None]
 
 
 @final
