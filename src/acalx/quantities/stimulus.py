@@ -59,14 +59,16 @@ def conversion(given: str, wanted: str) -> float | None:
 
     Examples
     --------
-    >>> conversion("rad/s", "rad/s"), conversion("degC", "K")
-    (1.0, None)
+    >>> conversion("rad/s", "rad/s"), conversion("degC", "K"), conversion("T", "field")
+    (1.0, None, None)
     >>> round(conversion("rad/s", "deg/s"), 4)
     57.2958
     """
     if given == wanted:
         return 1.0
-    (kind, size), (other, unit) = (_SIZES.get(name, (name, 1.0)) for name in (given, wanted))
+    if given not in _SIZES or wanted not in _SIZES:  # a kind is no unit: "field" is no tesla
+        return None
+    (kind, size), (other, unit) = _SIZES[given], _SIZES[wanted]
     return size / unit if kind == other else None
 
 
