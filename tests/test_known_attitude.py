@@ -9,12 +9,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from acalx.errors import DataError
+from acalx.errors import ArgumentError, DataError
 from acalx.estimation import Readings, calibrate, read_readings
+from acalx.estimation.columns import needs_of
 from acalx.models import Model, as_model
 from acalx.numerics.arrays import Array
 from acalx.programs import find_program
-from acalx.quantities.stimulus import VECTORS
+from acalx.quantities.stimulus import EARTH_RATE, VECTORS
 from acalx.stands import Stand
 from command import Outcome, run, together
 from configured import part
@@ -93,7 +94,7 @@ def channels(name: str) -> list[str]:
 
 def read(name: str, path: Path, *, stand: bool = True) -> Readings:
     return read_readings(
-        path, channels(name), stand=stand_of(name) if stand else None, quantities=tuple(model_of(name).needs)
+        path, channels(name), stand=stand_of(name) if stand else None, quantities=needs_of(model_of(name))
     )
 
 
@@ -121,8 +122,28 @@ def test_the_settings_of_the_stand_are_enough(designed: dict[str, Outcome], tmp_
     assert_truth_is_found(name, read(name, given.file(tmp_path / "a.csv", header, axes.written(given.settings))))
 
 
-def columns_of(quantity: str) -> list[str]:
-    return [f"{quantity}_{axis}" for axis in "xyz"] if quantity in VECTORS else [quantity]
+# How units are written behind the name of a column, and what is in that where stands give 1.
+SUFFIXES: dict[str, dict[str, float]] = {
+    "specific_force": {"": 1.0, "_g": 1.0, "_m_s2": 9.80665},
+    "angular_rate": {
+        "_earth_rate": 1.0,
+        "_rad_s": EARTH_RATE,
+        "_deg_s": np.degrees(EARTH_RATE),
+        "_deg_h": 3600.0 * np.degrees(EARTH_RATE),
+    },
+    "magnetic_field": {"_field": 1.0},
+    "temperature": {"_degC": 1.0},
+}
+
+
+def columns_of(quantity: str, suffix: str | None = None) -> list[str]:
+    end = list(SUFFIXES[quantity])[-1] if suffix is None else suffix
+    return [f"{quantity}_{axis}{end}" for axis in "xyz"] if quantity in VECTORS else [f"{quantity}{end}"]
+
+
+def written(quantity: str, felt: Array) -> Array:
+    """What was felt, in the unit of the columns."""
+    return felt * list(SUFFIXES[quantity].values())[-1]
 
 
 BY_COLUMNS = ["vector_accel", "vector_magnetometer", "accel_temperature", "platform"]
@@ -133,7 +154,7 @@ def test_columns_of_each_quantity_are_enough(designed: dict[str, Outcome], tmp_p
     given, needs = pasted(name, designed[name]), model_of(name).needs
     felt = stand_of(name).stimulus(given.settings)
     header = ",".join([*channels(name), *(column for quantity in needs for column in columns_of(quantity))])
-    path = given.file(tmp_path / "columns.csv", header, *(felt[quantity] for quantity in needs))
+    path = given.file(tmp_path / "columns.csv", header, *(written(quantity, felt[quantity]) for quantity in needs))
     assert_truth_is_found(name, read(name, path, stand=False))
 
 
@@ -143,7 +164,7 @@ def test_direction_cosines_say_the_specific_force(designed: dict[str, Outcome], 
     felt = stand_of(name).stimulus(given.settings)
     others = [quantity for quantity in model_of(name).needs if quantity != "specific_force"]
     header = [*channels(name), "eta_x", "eta_y", "eta_z", *(c for quantity in others for c in columns_of(quantity))]
-    told = [felt[quantity] for quantity in others]
+    told = [written(quantity, felt[quantity]) for quantity in others]
     path = given.file(tmp_path / "cosines.csv", ",".join(header), felt["specific_force"], *told)
     assert_truth_is_found(name, read(name, path, stand=False))
 
@@ -152,10 +173,10 @@ def test_direction_cosines_say_the_specific_force(designed: dict[str, Outcome], 
     ("name", "columns"),
     [
         ("vector_accel", ["eta_x, eta_y, eta_z"]),
-        ("vector_magnetometer", ["magnetic_field_x"]),
-        ("accel_temperature", ["specific_force_x", "temperature"]),
-        ("imu", ["specific_force_x", "angular_rate_x"]),
-        ("gyro_turns", ["angular_rate_x"]),
+        ("vector_magnetometer", ["field_eta_x"]),
+        ("accel_temperature", ["eta_x, eta_y, eta_z", "temperature_degC (or .._K)"]),
+        ("imu", ["eta_x, eta_y, eta_z", "angular_rate_x_deg_s"]),
+        ("gyro_turns", ["angular_rate_x_deg_s, angular_rate_y_deg_s, angular_rate_z_deg_s (or .._deg_h, .._rad_s"]),
     ],
 )
 def test_what_is_not_known_is_named_with_its_columns(
@@ -202,3 +223,111 @@ def test_the_command_says_what_is_not_known(designed: dict[str, Outcome]) -> Non
     assert "Traceback" not in outcome.err
     assert outcome.err.count("\n") == 1
     assert "temperature" in outcome.err
+
+
+# ---------------------------------------------------------------- units in the names of columns
+
+
+@pytest.mark.parametrize(
+    ("name", "quantity", "suffix"),
+    [
+        ("platform", "angular_rate", "_deg_h"),
+        ("platform", "angular_rate", "_rad_s"),
+        ("platform", "angular_rate", "_deg_s"),
+        ("platform", "angular_rate", "_earth_rate"),
+        ("vector_accel", "specific_force", "_g"),
+        ("vector_accel", "specific_force", "_m_s2"),
+        ("vector_accel", "specific_force", ""),
+        ("vector_magnetometer", "magnetic_field", "_field"),
+    ],
+)
+def test_names_of_columns_end_in_their_unit(
+    designed: dict[str, Outcome], tmp_path: Path, name: str, quantity: str, suffix: str
+) -> None:
+    given = pasted(name, designed[name])
+    felt = stand_of(name).stimulus(given.settings)
+    others = [other for other in model_of(name).needs if other != quantity]
+    header = [*channels(name), *columns_of(quantity, suffix), *(c for other in others for c in columns_of(other))]
+    told = [felt[quantity] * SUFFIXES[quantity][suffix], *(written(other, felt[other]) for other in others)]
+    assert_truth_is_found(name, read(name, given.file(tmp_path / "u.csv", ",".join(header), *told), stand=False))
+
+
+def test_kelvins_are_degrees_celsius_from_elsewhere(designed: dict[str, Outcome], tmp_path: Path) -> None:
+    name = "accel_temperature"
+    given = pasted(name, designed[name])
+    felt = stand_of(name).stimulus(given.settings)
+    header = ",".join([*channels(name), "eta_x,eta_y,eta_z,temperature_K"])
+    path = given.file(tmp_path / "k.csv", header, felt["specific_force"], felt["temperature"] + 273.15)
+    assert_truth_is_found(name, read(name, path, stand=False))
+    kelvin = read_readings(path, channels(name), quantities={"specific_force": "g", "temperature": "K"})
+    assert kelvin.stimulus is not None
+    assert kelvin.stimulus.units["temperature"] == "K"
+    np.testing.assert_allclose(kelvin.stimulus["temperature"], felt["temperature"] + 273.15)
+
+
+@pytest.mark.parametrize(
+    ("name", "quantity", "right"),
+    [
+        ("platform", "angular_rate", "angular_rate_x_deg_s, angular_rate_y_deg_s, angular_rate_z_deg_s or "),
+        ("vector_magnetometer", "magnetic_field", "magnetic_field_x_uT, "),
+        ("accel_temperature", "temperature", "temperature_degC or temperature_K"),
+    ],
+)
+def test_columns_that_could_be_in_several_units_are_refused(
+    designed: dict[str, Outcome], tmp_path: Path, name: str, quantity: str, right: str
+) -> None:
+    given = pasted(name, designed[name])
+    felt = stand_of(name).stimulus(given.settings)
+    path = given.file(tmp_path / "no.csv", ",".join([*channels(name), *columns_of(quantity, "")]), felt[quantity])
+    with pytest.raises(DataError, match=rf"no.csv: {quantity}.* without a unit in the name; call it {right}"):
+        read(name, path)
+
+
+def test_direction_cosines_say_where_the_field_is(designed: dict[str, Outcome], tmp_path: Path) -> None:
+    name = "vector_magnetometer"
+    given, stand = pasted(name, designed[name]), stand_of(name)
+    field = stand.stimulus(given.settings)["magnetic_field"].copy()
+    cosines = "field_eta_x,field_eta_y,field_eta_z"
+    header = ",".join([*channels(name), cosines])
+    assert_truth_is_found(name, read(name, given.file(tmp_path / "f.csv", header, field), stand=False))
+    with pytest.raises(DataError, match=r"long.csv, row 2, columns field_eta_x, .* direction cosines must have length"):
+        read(name, given.file(tmp_path / "long.csv", header, 48.0 * field))
+    field[[1, 2]] = field[[2, 1]]
+    header = ",".join([*channels(name), *stand.axes.columns, cosines])
+    path = given.file(tmp_path / "swapped.csv", header, stand.axes.written(given.settings), field)
+    with pytest.raises(DataError, match=r"the magnetic field is more than 5 degrees from there"):
+        read(name, path)
+
+
+def test_a_field_in_teslas_is_for_a_sensor_of_teslas(designed: dict[str, Outcome], tmp_path: Path) -> None:
+    name = "vector_magnetometer"
+    given = pasted(name, designed[name])
+    field = 48.0 * stand_of(name).stimulus(given.settings)["magnetic_field"]
+    header = ",".join([*channels(name), *columns_of("magnetic_field", "_uT")])
+    path = given.file(tmp_path / "t.csv", header, field)
+    with pytest.raises(DataError, match=r"magnetic_field_x_uT, .* can't be in field, .*: give field_eta_x, "):
+        read(name, path, stand=False)
+    found = read_readings(path, channels(name), quantities={"magnetic_field": "uT"}).stimulus
+    assert found is not None
+    assert found.units["magnetic_field"] == "uT"
+    np.testing.assert_allclose(found["magnetic_field"], field)
+
+
+def test_messages_name_the_columns_of_the_channels(designed: dict[str, Outcome], tmp_path: Path) -> None:
+    given = pasted("platform", designed["platform"])
+    readings = read(
+        "platform",
+        given.file(
+            tmp_path / "b.csv",
+            ",".join([*channels("platform"), *stand_columns()]),
+            stand_of("platform").axes.written(given.settings),
+        ),
+    )
+    with pytest.raises(DataError, match="columns s" + ", s".join(channels("platform")) + " and numbers of samples"):
+        calibrate(readings, model_of("platform"), noise="columns")
+    with pytest.raises(ArgumentError, match=r"noise=-1: .*mean as a multiple of that of the model|mean in "):
+        calibrate(readings, model_of("platform"), noise=-1)
+
+
+def stand_columns() -> list[str]:
+    return list(stand_of("platform").axes.columns)

@@ -15,6 +15,7 @@ from acalx.commands.options import channels_of, where_of
 from acalx.commands.singular import answers_singular
 from acalx.errors import ArgumentError
 from acalx.estimation import Estimator, Readings, StaticIntervals, Unit, calibrate, read_correction, read_readings
+from acalx.estimation.columns import needs_of
 from acalx.models import Model
 from acalx.recording import RunDirectory
 from acalx.recording.calibration import (
@@ -87,7 +88,7 @@ def _read(config: DictConfig, model: Model, directory: RunDirectory) -> Readings
         intervals: StaticIntervals = build(config, "static", StaticIntervals)
         directory.remember(static=described(intervals))
         return intervals.readings(str(config.data), columns)
-    return read_readings(str(config.data), columns, where_of(config), build(config, "stand", Stand), tuple(model.needs))
+    return read_readings(str(config.data), columns, where_of(config), build(config, "stand", Stand), needs_of(model))
 
 
 def _apply(config: DictConfig, directory: RunDirectory, started: float) -> int:

@@ -16,6 +16,7 @@ from acalx.commands.singular import answers_singular
 from acalx.criteria import Criterion
 from acalx.errors import ArgumentError
 from acalx.estimation import Estimator, Readings, Unit, read_groups
+from acalx.estimation.columns import needs_of
 from acalx.models import Model
 from acalx.recording import RunDirectory
 from acalx.recording.parts import described
@@ -88,7 +89,7 @@ def run(config: DictConfig, directory: RunDirectory) -> int:
 def _read(config: DictConfig, path: str, model: Model, stand: Stand) -> dict[str, Readings]:
     """The sensors of a file by name; a single one is called 1."""
     columns, by = channels_of(config, model), names_of(config, "by")
-    groups = read_groups(path, by, columns, where_of(config), stand, tuple(model.needs))
+    groups = read_groups(path, by, columns, where_of(config), stand, needs_of(model))
     names = [" ".join(key) or "1" for key in groups]
     if len(set(names)) < len(names):  # as of "a b" and "c" beside "a" and "b c"
         names = [str(key) for key in groups]

@@ -9,19 +9,16 @@ from pathlib import Path
 import numpy as np
 
 from acalx.errors import DataError, Option
+from acalx.estimation.columns import Known
 from acalx.estimation.readings import Readings
 from acalx.files import CsvFile, closest, did_you_mean, is_number
 from acalx.numerics.arrays import Array
-from acalx.quantities.stimulus import Stimulus
 from acalx.stands import Stand
 
-__all__ = ["Known", "data_file", "find_columns", "read_groups", "read_readings"]
+__all__ = ["data_file", "deviations_of", "find_columns", "read_groups", "read_readings"]
 
 AXES = ("ax", "ay", "az")
-_COSINES = ("eta_x", "eta_y", "eta_z")
 _MOST_POSITIONS = 20_000
-# Cosine of the angle between what settings and direction cosines say, 5 degrees: what a stand is off by is less.
-_ALIKE = 0.9962
 _LAYOUT = "a header names the columns, as in 'ax,ay,az'; others may be there"
 
 
@@ -30,16 +27,17 @@ def read_readings(
     columns: Sequence[str] = AXES,
     where: Mapping[str, object] | None = None,
     stand: Stand | None = None,
-    quantities: Sequence[str] = ("specific_force",),
+    quantities: Mapping[str, str] | Sequence[str] = ("specific_force",),
 ) -> Readings:
     """Read static positions from a CSV file, one a row.
 
     Columns that are called as those of the means with an ``s`` before, ``sax, say, saz``, or ``sx, sy, sz`` of a
     triad, are standard deviations of the samples, ``n`` their number, ``position`` a name. What the sensor felt is
     known from the settings of the stand, ``alpha1_deg, alpha2_deg`` of a two-axis table, or for each quantity by
-    itself from ``eta_x, eta_y, eta_z``, the vertical in sensor axes, from ``angular_rate_x`` and so on, or
-    ``temperature``, in the units of the stimulus; these go before the settings, which must not contradict
-    direction cosines. Other columns are not read.
+    itself from ``eta_x, eta_y, eta_z``, the vertical in sensor axes, ``field_eta_x`` and so on, that of the magnetic
+    field, or columns that end in their unit: ``angular_rate_x_deg_s``, ``magnetic_field_x_uT``, ``temperature_degC``,
+    ``dwell_s``; only a specific force may leave it out, which is g. These go before the settings, which must not
+    contradict direction cosines. Other columns are not read.
 
     Parameters
     ----------
@@ -48,8 +46,9 @@ def read_readings(
         Names of the means: those of a model's channels, ``ax, ay, az`` by default.
     where : mapping, optional
         Only rows with these values in these columns.
-    quantities : sequence of str
-        Of the stimulus, those that columns of their own may tell: what a model reads.
+    quantities : mapping, or sequence of str
+        Of the stimulus, those that columns of their own may tell: what a model reads, `Model.needs`; a mapping gives
+        the units too.
     stand : Stand, optional
         To tell from its settings what the sensor felt.
 
@@ -68,7 +67,7 @@ def read_groups(
     columns: Sequence[str] = AXES,
     where: Mapping[str, object] | None = None,
     stand: Stand | None = None,
-    quantities: Sequence[str] = ("specific_force",),
+    quantities: Mapping[str, str] | Sequence[str] = ("specific_force",),
 ) -> dict[tuple[str, ...], Readings]:
     """Read several sensors from one file: the rows that have the same values in the columns `by`."""
     file = data_file(path)
@@ -119,77 +118,19 @@ def find_columns(file: CsvFile, header: list[str], names: Sequence[str]) -> list
     return [header.index(name) for name in names]
 
 
-class Known:
-    """What columns of a file tell of the stimulus: the settings of a stand, and quantities by themselves.
-
-    Parameters
-    ----------
-    file : CsvFile
-    header : list of str
-    quantities : sequence of str
-        Those that columns of their own may tell.
-    stand : Stand, optional
-    taken : collection of str
-        Columns that are something else.
-
-    Raises
-    ------
-    DataError
-        From `stimulus`, where a quantity is told by nothing.
-    """
+class _Reader:
+    """Makes readings from the rows of a file, whatever columns it has."""
 
     def __init__(
         self,
         file: CsvFile,
         header: list[str],
-        quantities: Sequence[str],
+        columns: Sequence[str],
         stand: Stand | None,
-        taken: Sequence[str] = (),
-    ) -> None:
-        self.file, self.stand = file, stand
-        self.settings = () if stand is None or not set(stand.axes.columns) <= set(header) else stand.axes.columns
-        self.quantities = _quantities_in(header, quantities, {*taken, *self.settings})
-        self.columns = (*self.settings, *(name for names in self.quantities.values() for name in names))
-
-    def stimulus(self, values: Array) -> Stimulus | None:
-        """What the settings tell, and what columns of their own say of each quantity: values (n, columns)."""
-        columns = {name: values[:, k] for k, name in enumerate(self.columns)}
-        felt = Stimulus()
-        if self.settings:
-            assert self.stand is not None  # its settings are there
-            settings = np.stack([columns[name] for name in self.settings], axis=-1)
-            felt = self.stand.stimulus(self.stand.axes.read(settings))
-        told = {}
-        for quantity, names in self.quantities.items():
-            value = np.stack([columns[name] for name in names], axis=-1)
-            if names == _COSINES and felt.vertical() is not None:
-                self._check_alike(value, felt["specific_force"], values)
-            told[quantity] = value / np.linalg.norm(value, axis=1, keepdims=True) if names == _COSINES else value
-            if felt.weights is not None:  # the same throughout a position
-                told[quantity] = np.repeat(told[quantity][:, None, :], len(felt.weights), axis=1)
-        return felt.made({**felt, **told}) if told or felt else None
-
-    def _check_alike(self, cosines: Array, force: Array, values: Array) -> None:
-        """Raise DataError where the settings bring the vertical elsewhere than the cosines say."""
-        lengths = np.linalg.norm(cosines, axis=-1) * np.linalg.norm(force, axis=-1)
-        wrong = (cosines * force).sum(axis=-1) < _ALIKE * lengths
-        if wrong.any():
-            row = dict(zip(self.columns, values[np.argmax(wrong)].tolist(), strict=True))
-            settings, told = (", ".join(f"{k} {row[k]:.6g}" for k in names) for names in (self.settings, _COSINES))
-            raise DataError(
-                f"{self.file.path}: {settings} and {told} contradict each other: on stand {type(self.stand).__name__} "
-                "the vertical is more than 5 degrees from there; leave the columns out that are wrong"
-            )
-
-
-class _Reader:
-    """Makes readings from the rows of a file, whatever columns it has."""
-
-    def __init__(
-        self, file: CsvFile, header: list[str], columns: Sequence[str], stand: Stand | None, quantities: Sequence[str]
+        quantities: Mapping[str, str] | Sequence[str],
     ) -> None:
         self.file, self.header = file, header
-        deviations = next((names for names in _deviations_of(columns) if set(names) <= set(header)), ())
+        deviations = next((names for names in deviations_of(columns) if set(names) <= set(header)), ())
         counts = ("n",) if "n" in header else ()
         self.known = Known(file, header, quantities, stand, (*columns, *deviations))
         self.parts = {"means": tuple(columns), "deviations": deviations, "counts": counts, "known": self.known.columns}
@@ -203,11 +144,11 @@ class _Reader:
             if (name in self.parts["counts"] and value < 1) or (name in self.parts["deviations"] and value < 0):
                 least = "1 sample or more" if name in self.parts["counts"] else "a standard deviation, 0 or more"
                 raise DataError(f"{self.file.path}, row {row}, column {name}: {value:g}; must be {least}")
-        if _COSINES in self.known.quantities.values():
-            length = float(np.linalg.norm([given[name] for name in _COSINES]))
+        for cosines in self.known.cosines:
+            length = float(np.linalg.norm([given[name] for name in cosines]))
             if abs(length - 1.0) > 1e-3:
                 raise DataError(
-                    f"{self.file.path}, row {row}, columns {', '.join(_COSINES)}: the length of the vector is "
+                    f"{self.file.path}, row {row}, columns {', '.join(cosines)}: the length of the vector is "
                     f"{length:.6g}; direction cosines must have length 1"
                 )
         label = fields[self.header.index("position")] if "position" in self.header else ""
@@ -232,24 +173,10 @@ class _Reader:
         )
 
 
-def _deviations_of(columns: Sequence[str]) -> list[tuple[str, ...]]:
+def deviations_of(columns: Sequence[str]) -> list[tuple[str, ...]]:
     """What the columns of standard deviations may be called."""
     named = tuple(f"s{name}" for name in columns)
     return [("sx", "sy", "sz"), ("sax", "say", "saz"), named] if len(columns) == 3 else [named]
-
-
-def _quantities_in(header: Sequence[str], quantities: Sequence[str], taken: set[str]) -> dict[str, tuple[str, ...]]:
-    """Columns by the quantity that they give: three with an axis behind the name, or one without."""
-    found: dict[str, tuple[str, ...]] = {}
-    for quantity in quantities:
-        names = tuple(f"{quantity}_{axis}" for axis in "xyz")
-        if set(names) <= set(header):
-            found[quantity] = names
-        elif quantity in header and quantity not in taken:
-            found[quantity] = (quantity,)
-    if "specific_force" in quantities and set(_COSINES) <= set(header):
-        found["specific_force"] = _COSINES
-    return found
 
 
 def _same(text: str, value: object) -> bool:

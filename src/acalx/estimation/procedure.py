@@ -9,7 +9,9 @@ import numpy as np
 from acalx.errors import ArgumentError, CompatibilityError, DataError, Option, SingularError
 from acalx.estimation.base import Estimator
 from acalx.estimation.calibration import CONFIDENCE, Calibration
+from acalx.estimation.columns import columns_for, needs_of
 from acalx.estimation.estimate import Estimate
+from acalx.estimation.files import deviations_of
 from acalx.estimation.iterated import Iterated
 from acalx.estimation.plausible import OF_LENGTH_ONE, check_positions, question_unit
 from acalx.estimation.readings import Readings
@@ -23,7 +25,7 @@ from acalx.options import is_number, require_confidence, require_part
 from acalx.problem.parts import check_readings
 from acalx.quantities.information import Information
 from acalx.quantities.parameter import parameter_groups
-from acalx.quantities.stimulus import Stimulus
+from acalx.quantities.stimulus import VECTORS, Stimulus
 from acalx.sensors import Sensor
 
 __all__ = ["calibrate", "prepared", "require_known", "starting_point"]
@@ -150,11 +152,12 @@ def require_known(readings: Readings, model: Model) -> None:
     known = () if readings.stimulus is None else tuple(readings.stimulus)
     missing = [name for name in model.knows if name not in known]
     if missing:
-        force = missing == ["specific_force"]
-        columns = "eta_x, eta_y, eta_z" if force else ", ".join(f"{name}_x, ..." for name in missing)
+        needs = needs_of(model)
+        columns = " and ".join(columns_for(name, needs.get(name, "")) for name in missing)
+        lengths = ", or compare the magnitude" if set(missing) <= set(VECTORS) else ""
         raise DataError(
             "{name}: what is compared of {model} needs the {missing} in each position: give the settings of the stand "
-            "in columns such as alpha1_deg, alpha2_deg, or {columns}, or compare the magnitude",
+            "in columns such as alpha1_deg, alpha2_deg, or {columns}" + lengths,
             name=readings.name,
             model=model.called,
             missing=" and the ".join(_words(name) for name in missing),
@@ -163,7 +166,8 @@ def require_known(readings: Readings, model: Model) -> None:
 
 
 def _words(quantity: str) -> str:
-    return "direction of the vertical" if quantity == "specific_force" else quantity.replace("_", " ")
+    vectors = {"specific_force": "direction of the vertical", "magnetic_field": "direction of the field"}
+    return vectors.get(quantity, quantity.replace("_", " "))
 
 
 def noise_of(readings: Readings, noise: float | str | None, model: Model, start: Array, per: Array) -> Array | None:
@@ -174,8 +178,9 @@ def noise_of(readings: Readings, noise: float | str | None, model: Model, start:
     if noise == "columns":
         if readings.deviations is None or readings.counts is None:
             raise DataError(
-                "{name}: {asked} needs standard deviations in columns sx, sy, sz and numbers of samples in a column n",
+                "{name}: {asked} needs standard deviations in columns {columns} and numbers of samples in a column n",
                 name=readings.name,
+                columns=" or ".join(map(", ".join, deviations_of([channel.name for channel in model.channels]))),
                 asked=Option("noise", noise),
             )
         own = readings.deviations / np.sqrt(readings.counts)[:, None] / per
@@ -187,8 +192,11 @@ def noise_of(readings: Readings, noise: float | str | None, model: Model, start:
     # of what has length one, in units of that, a noise as large is a slip
     most = 1.0 if all(channel.unit in OF_LENGTH_ONE and channel.noise == 1.0 for channel in model.channels) else 1e6
     if not is_number(noise) or not 0.0 < noise < most:
+        of_one = {channel.unit for channel in model.channels if channel.noise == 1.0}
+        alike = len(of_one) == 1 and all(channel.noise == 1.0 for channel in model.channels)
+        size = f"in {of_one.pop()}, such as 1e-4" if alike else "as a multiple of that of the model, such as 1"
         raise ArgumentError(
-            "{given}: give the standard deviation of a position's mean in g, such as 1e-4, "
+            f"{{given}}: give the standard deviation of a position's mean {size}, "
             "{columns} to take it from the file, or {unknown} to estimate it",
             given=Option("noise", noise),
             columns=Option("noise", "columns"),

@@ -61,15 +61,17 @@ def conversion(given: str, wanted: str) -> float | None:
 
     Examples
     --------
-    >>> conversion("rad/s", "rad/s"), conversion("degC", "K")
-    (1.0, None)
+    >>> conversion("rad/s", "rad/s"), conversion("degC", "K"), conversion("T", "field")
+    (1.0, None, None)
     >>> round(conversion("rad/s", "deg/s"), 4)
     57.2958
     """
     if given == wanted or not wanted:
         return 1.0
-    own, other = _SIZES.get(given), _SIZES.get(wanted)
-    return own[1] / other[1] if own and other and own[0] == other[0] else None
+    if given not in _SIZES or wanted not in _SIZES:  # a kind is no unit: "field" is no tesla
+        return None
+    (kind, size), (other, unit) = _SIZES[given], _SIZES[wanted]
+    return size / unit if kind == other else None
 
 
 def same_kind(unit: str) -> list[str]:

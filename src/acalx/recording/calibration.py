@@ -9,8 +9,9 @@ import numpy as np
 from acalx.errors import DataError
 from acalx.estimation import Calibration, Readings
 from acalx.estimation.calibration import suffix
-from acalx.estimation.correction import Correctly
-from acalx.estimation.files import Known, data_file, find_columns
+from acalx.estimation.columns import Known, needs_of
+from acalx.estimation.correction import Correctly, ModelCorrection
+from acalx.estimation.files import data_file, find_columns
 from acalx.models import Model
 from acalx.numerics.arrays import Array
 from acalx.recording.run_directory import RunDirectory
@@ -129,7 +130,8 @@ def record_corrected(
     added = [f"{name}_{suffix(unit)}" for name, unit in zip(columns, units, strict=True)]
     if set(added) & set(header):
         raise DataError(f"{file.path}: has a column {(set(added) & set(header)).pop()} already; is it corrected?")
-    known = Known(file, header, correction.needs, stand)
+    needed = needs_of(correction.model) if isinstance(correction, ModelCorrection) else {}
+    known = Known(file, header, {name: needed.get(name, "") for name in correction.needs}, stand, columns)
     mark, count, magnitude = file.delimiter(), 0, 0.0
     with directory.whole("corrected.csv") as part, part.open("w", encoding="utf-8", newline="") as out:
         out.write(mark.join([*header, *added]) + "\n")
