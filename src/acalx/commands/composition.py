@@ -13,6 +13,7 @@ from hydra.errors import InstantiationException
 from omegaconf import DictConfig, ListConfig, OmegaConf
 
 from acalx.commands.explain import chain, suggestion
+from acalx.commands.former import as_now
 from acalx.criteria import Criterion, Objectives
 from acalx.errors import AcalxError, ArgumentError, Option
 from acalx.models import Compared, Model, as_model
@@ -20,7 +21,7 @@ from acalx.planning.defaults import suited
 from acalx.sensors import Sensor
 from acalx.stands import Stand
 
-__all__ = ["build", "build_model", "build_objectives", "composed", "moved", "placed", "resolved"]
+__all__ = ["build", "build_model", "build_objectives", "composed", "placed", "resolved"]
 
 _GROUP = "criterion"
 
@@ -67,7 +68,7 @@ def build(config: DictConfig, group: str, *kinds: type) -> Any:
     if config[group] is None:
         raise ArgumentError(f"there is no {group}: give {group}=NAME")
     try:
-        part = hydra.utils.instantiate(_as_now(config[group]), _convert_="all")
+        part = hydra.utils.instantiate(as_now(config[group], group), _convert_="all")
     except InstantiationException as error:
         own = next((cause for cause in chain(error) if isinstance(cause, AcalxError)), None)
         if own is None:
@@ -81,15 +82,6 @@ def build(config: DictConfig, group: str, *kinds: type) -> Any:
             f"it must be a class derived from {' or '.join(names)}"
         )
     return part
-
-
-# Parts by the names that they had before, which recorded runs and YAML files of users have.
-_MOVED = {
-    "acalx.models.PlatformGyro": "acalx.sensors.PlatformGyro",
-    "acalx.models.platform_gyro.PlatformGyro": "acalx.sensors.PlatformGyro",
-    "acalx.models.PlatformAccel": "acalx.sensors.PlatformAccel",
-    "acalx.models.platform_accel.PlatformAccel": "acalx.sensors.PlatformAccel",
-}
 
 
 def build_model(config: DictConfig) -> Model:
@@ -109,24 +101,6 @@ def _is_sensor(target: object) -> bool:
     except Exception:
         return False
     return isinstance(found, type) and issubclass(found, Sensor)
-
-
-def _as_now(config: DictConfig) -> Any:
-    """A part's options, with the names of parts as they are now where they had others before."""
-    options = _plain(config)
-    return config if _moved(options) == options else _moved(OmegaConf.to_container(config, resolve=True))
-
-
-def moved(target: str) -> str:
-    """The name that a part has now."""
-    return _MOVED.get(target, target)
-
-
-def _moved(options: Any) -> Any:
-    """Options with the names of parts as they are now."""
-    if isinstance(options, dict):
-        return {key: moved(v) if key == "_target_" else _moved(v) for key, v in options.items()}
-    return [_moved(each) for each in options] if isinstance(options, list) else options
 
 
 def placed(error: AcalxError, config: DictConfig) -> AcalxError:

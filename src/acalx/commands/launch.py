@@ -33,6 +33,7 @@ from yaml import YAMLError
 
 from acalx.commands.composition import placed
 from acalx.commands.explain import explain, suggestion
+from acalx.commands.former import renewed
 from acalx.commands.usual import with_usual
 from acalx.errors import AcalxError, ArgumentError
 from acalx.recording import RunDirectory
@@ -88,9 +89,9 @@ def launch(entry: Entry) -> int:
     OmegaConf.register_new_resolver("acalx_unique", lambda: uuid.uuid4().hex[:8], use_cache=True, replace=True)
     _State.config_name, _State.statuses = entry.config_name, []
     _State.groups = [field.name for field in fields(entry.schema)]
-    given = sys.argv[1:]
-    if not _SWEEP & set(given):  # jobs of a sweep may have several models
-        sys.argv[1:] = suited(given)
+    given = renewed(sys.argv[1:])
+    # jobs of a sweep may have several models
+    sys.argv[1:] = given if _SWEEP & set(given) else suited(given)
 
     @hydra.main(version_base="1.3", config_path="pkg://acalx.conf", config_name=entry.config_name)
     def job(config: DictConfig) -> None:
@@ -126,7 +127,7 @@ def suited(arguments: Sequence[str]) -> list[str]:
         own = [argument for argument in arguments if argument.startswith("-")]
         if not all(argument.startswith("--config-dir=") for argument in own):
             return list(arguments)
-    return with_usual(arguments, _State.groups)
+    return with_usual(arguments, _State.groups, _State.config_name)
 
 
 def record_refusal(directory: Path, error: Exception, overrides: Sequence[str]) -> None:

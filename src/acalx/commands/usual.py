@@ -1,4 +1,4 @@
-"""What suits a sensor where a command line does not say: other options of groups, from the class that it names."""
+"""What suits a model where a command line does not say: choices of other groups, and options of these."""
 
 from __future__ import annotations
 
@@ -9,20 +9,27 @@ from pathlib import Path
 from typing import Any
 
 import hydra
-from omegaconf import OmegaConf
+from hydra.core.override_parser.overrides_parser import OverridesParser
+from omegaconf import DictConfig, OmegaConf
 from omegaconf.errors import OmegaConfBaseException
 from yaml import YAMLError
 
-from acalx.commands.composition import moved
+from acalx.commands.former import as_now, moved
+from acalx.models import as_model
 
 __all__ = ["with_usual"]
 
 _NAME = re.compile(r"[\w./-]+")
+# The model in the defaults of a primary configuration.
+_MODEL = re.compile(r"^\s*- model: *([\w./-]+)", re.MULTILINE)
 _FOLDER = ("--config-dir", "-cd")
 
 
-def with_usual(arguments: Sequence[str], groups: Sequence[str]) -> list[str]:
-    """The command line with what suits its model before its own overrides, for groups that it says nothing of.
+def with_usual(arguments: Sequence[str], groups: Sequence[str], config_name: str) -> list[str]:
+    """The command line with what suits its model before its own overrides, where it says nothing else.
+
+    The choice of a group is added unless the group itself is named, `stand=...`; an option of it leaves the choice
+    as it is. A single option is added where the usual choice of its group stands, and the option is not named.
 
     Parameters
     ----------
@@ -30,6 +37,8 @@ def with_usual(arguments: Sequence[str], groups: Sequence[str]) -> list[str]:
         Of one job, without several values of an option.
     groups : sequence of str
         That the entry point has.
+    config_name : str
+        The primary configuration, which says the model where the command line does not.
 
     Returns
     -------
@@ -37,14 +46,19 @@ def with_usual(arguments: Sequence[str], groups: Sequence[str]) -> list[str]:
         As they are where the model says nothing, or can't be told: Hydra explains that.
     """
     said = {argument.lstrip("+~").partition("=")[0]: argument.partition("=")[2] for argument in arguments}
-    names = {key.partition(".")[0].partition("@")[0] for key in said}
-    usual = _usual(said, _folders(arguments))
-    several = "objectives" in names
-    left = {"criterion", "optimizer"} if several else set()
+    chosen = {key.partition("@")[0] for key in said if "." not in key}
+    if "objectives" in chosen:
+        chosen |= {"criterion", "optimizer"}
+    # groups whose class is another one, with other options
+    replaced = {key.removesuffix("._target_") for key in said if key.endswith("._target_")}
+    usual = _usual(said, arguments, config_name)
     added = [
         f"{option}={choice}"
         for option, choice in usual.items()
-        if (group := option.partition(".")[0]) in groups and group not in names | left
+        if (group := option.partition(".")[0]) in groups
+        and group not in chosen
+        and option not in said
+        and (option == group or group not in replaced)
     ]
     # Hydra takes overrides that follow one another, and none with a switch between
     before = zip(["", *arguments], arguments, strict=False)
@@ -53,28 +67,61 @@ def with_usual(arguments: Sequence[str], groups: Sequence[str]) -> list[str]:
     return [*arguments[:first], *added, *arguments[first:]]
 
 
-def _usual(said: Mapping[str, str], folders: Sequence[Path]) -> Mapping[str, Any]:
-    """What the class of the model says, or that of the sensor in it."""
-    name = said.get("model", "scalar_accel")
+def _usual(said: Mapping[str, str], arguments: Sequence[str], config_name: str) -> Mapping[str, Any]:
+    """What the model says: its class where that is known without making one, the model itself otherwise."""
+    folders = _folders(arguments)
+    name = said.get("model") or _default(folders, config_name)
     if not _NAME.fullmatch(name):
         return {}
-    path = next((each for folder in folders if (each := folder / "model" / f"{name}.yaml").is_file()), None)
+    path = _found(folders, f"model/{name}.yaml")
     if path is None:
         return {}
     try:
-        options = OmegaConf.to_container(OmegaConf.load(path), resolve=False)
+        options = OmegaConf.load(path)
     except (OmegaConfBaseException, YAMLError, OSError):
         return {}
-    options = options if isinstance(options, dict) else {}
-    sensor = options.get("sensor") or {}
-    inner = said.get("model.sensor._target_", sensor.get("_target_"))
-    for target in (inner, said.get("model._target_", options.get("_target_"))):
-        found = getattr(_class(target), "usual", None)
-        if isinstance(found, Mapping):
-            suited = {name: choice for name, choice in found.items() if name != "n"}  # which needs the model itself
-            option = f"model.{getattr(_class(target), 'tells_noise', '')}"
-            return {**suited, "errors": "usual"} if said.get(option, "null") != "null" else suited
-    return {}
+    if not isinstance(options, DictConfig):
+        return {}
+    target = said.get("model._target_") or _plain(options).get("_target_")
+    model = _class(target)
+    found = getattr(model, "usual", None)
+    if isinstance(found, property):
+        found = _of_instance(options, arguments)
+    if not isinstance(found, Mapping):
+        return {}
+    suited = {option: choice for option, choice in found.items() if option != "n"}  # which needs the whole model
+    noise = said.get(f"model.{getattr(model, 'tells_noise', '')}", "null")
+    return suited if noise == "null" else {**suited, "errors": "usual"}
+
+
+def _of_instance(options: DictConfig, arguments: Sequence[str]) -> object:
+    """What a model says that is made of other parts, with their options from the command line."""
+    own = [each for each in arguments if each.lstrip("+~").startswith("model.")]
+    try:
+        for override in OverridesParser.create().parse_overrides(own):
+            key = override.key_or_group.partition(".")[2]
+            if not override.is_delete():
+                OmegaConf.update(options, key, override.value(), merge=False, force_add=True)
+        return as_model(hydra.utils.instantiate(as_now(options, "model"), _convert_="all")).usual
+    except Exception:  # whatever a part of somebody's raises when it is made: building it again says it
+        return None
+
+
+def _plain(options: DictConfig) -> dict[Any, Any]:
+    plain = OmegaConf.to_container(options, resolve=False)
+    assert isinstance(plain, dict)
+    return plain
+
+
+def _default(folders: Sequence[Path], config_name: str) -> str:
+    """The model of the primary configuration."""
+    path = _found(folders, f"{config_name}.yaml")
+    found = None if path is None else _MODEL.search(path.read_text(encoding="utf-8"))
+    return found[1] if found else ""
+
+
+def _found(folders: Sequence[Path], name: str) -> Path | None:
+    return next((path for folder in folders if (path := folder / name).is_file()), None)
 
 
 def _class(target: object) -> Any:

@@ -15,10 +15,14 @@ __all__ = ["check_comparison", "check_model", "check_sensor"]
 
 # Errors of the sensors that are tried, a share of what they read.
 _SIZE = 0.03
+# Derivatives agree with numerical ones in ten digits.
+_TEN_DIGITS = 1e-10
+# Time in each position, for sensors whose noise or readings depend on it.
+_DWELL_S = 60.0
 
 
 def check_sensor(sensor: Sensor, stand: Stand, *, seed: int = 0) -> None:
-    """Check a sensor on the stimulus of a stand: names, readings, derivatives, what was felt from what was read.
+    """Check a sensor on a stand: names, parts, readings, derivatives, noise, what was felt from what was read.
 
     Parameters
     ----------
@@ -32,11 +36,13 @@ def check_sensor(sensor: Sensor, stand: Stand, *, seed: int = 0) -> None:
     for what, items in (("parameter", sensor.parameters), ("channel", sensor.channels)):
         names = [item.name for item in items]
         require(bool(names) and len(set(names)) == len(names), sensor, f"each {what} has its own name, got {names}")
+    numbers = sorted(number for part in sensor.parts.values() for number in part)
+    require(numbers == list(range(k)), sensor, f"parts have each of the {k} channels once, got {dict(sensor.parts)}")
     rng = np.random.default_rng(seed)
     model = Compared(sensor)
     for stack in STACKS:
         settings = stand.axes.random(rng, (*stack, N))
-        stimulus = _in_units(model, stand.stimulus(settings), stand)
+        stimulus = _felt(model, stand, settings)
         parameters = sensor.nominal + _SIZE * rng.standard_normal((*stack, p))
         found = sensor.readings(parameters, stimulus)
         require_shape(sensor, "readings", found, (*stack, N, k))
@@ -53,16 +59,41 @@ def check_sensor(sensor: Sensor, stand: Stand, *, seed: int = 0) -> None:
             Sensor.by_parameters(sensor, parameters, stimulus),
         )
         slopes, numerical = (np.broadcast_to(each, (*stack, N, k, p)) for each in (slopes, numerical))
-        require_close(sensor, "by_parameters agrees with the numerical derivatives", slopes, numerical, 1e-6)
+        require_close(sensor, "by_parameters agrees with the numerical derivatives", slopes, numerical, _TEN_DIGITS)
         exact, wanted = sensor.by_stimulus(parameters, stimulus), Sensor.by_stimulus(sensor, parameters, stimulus)
         for name, expected in wanted.items():
             rule = f"by_stimulus agrees with the numerical derivative by {name}"
-            require_close(sensor, rule, np.broadcast_to(exact[name], expected.shape), expected, 1e-6)
+            require_close(sensor, rule, np.broadcast_to(exact[name], expected.shape), expected, _TEN_DIGITS)
+        _check_noise(sensor, stimulus, (*stack, N))
         if sensor.senses:
             felt = sensor.felt(parameters, found, stimulus)
             for name in sensor.senses:
                 rule = f"felt finds the {name} from readings without noise"
                 require_close(sensor, rule, felt[name], np.broadcast_to(stimulus[name], felt[name].shape), 1e-9)
+
+
+def _check_noise(sensor: Sensor, stimulus: Stimulus, shape: tuple[int, ...]) -> None:
+    """Standard deviations of readings in positions of this shape (..., n), and how positions share their noise."""
+    deviations = np.asarray(sensor.deviations(stimulus))
+    k = len(sensor.channels)
+    require(
+        deviations.shape in ((k,), (*shape, k)),
+        sensor,
+        f"deviations have shape {(k,)} or {(*shape, k)}, got {deviations.shape}",
+    )
+    positive = bool((np.isfinite(deviations) & (deviations > 0.0)).all())
+    require(positive, sensor, "deviations are positive and finite")
+    middles = _DWELL_S * (np.arange(shape[-1]) + 0.5)
+    found = sensor.correlation(np.broadcast_to(middles, shape))
+    if found is None:
+        return
+    n = shape[-1]
+    require_shape(sensor, "correlation", found, (*shape, n))
+    require_close(sensor, "correlation is symmetric", found, np.swapaxes(found, -1, -2), 1e-12)
+    require_close(
+        sensor, "correlation is 1 of a position with itself", np.diagonal(found, 0, -2, -1), np.ones(shape), 1e-9
+    )
+    require(bool((np.linalg.eigvalsh(found) > 0.0).all()), sensor, "correlation is positive definite")
 
 
 def check_comparison(comparison: Comparison, sensor: Sensor, stand: Stand, *, seed: int = 0) -> None:
@@ -82,7 +113,7 @@ def check_comparison(comparison: Comparison, sensor: Sensor, stand: Stand, *, se
     rng = np.random.default_rng(seed)
     p, k, m = len(sensor.parameters), len(sensor.channels), comparison.count(sensor)
     require(set(comparison.knows(sensor)) <= set(sensor.needs), comparison, "knows names quantities that are felt")
-    known = _in_units(Compared(sensor), stand.stimulus(stand.axes.random(rng, (N,))), stand)
+    known = _felt(Compared(sensor), stand, stand.axes.random(rng, (N,)))
     truth = sensor.nominal + _SIZE * rng.standard_normal((2, p))
     readings = sensor.readings(truth, known)
     found = comparison.residual(sensor, truth, readings, known)
@@ -128,11 +159,11 @@ def check_model(model: Model, stand: Stand, *, seed: int = 0) -> None:
     require(informed or model.smallest_n * m >= p, model, "smallest_n gives as many readings as parameters")
     for stack in STACKS:
         angles = stand.axes.random(np.random.default_rng(seed), (*stack, N))
-        stimulus = stand.stimulus(angles)
+        stimulus = _timed(model, stand, angles)
         model.check(stimulus, stand)
         rows = model.regressors(stimulus)
         require_shape(model, "regressors", rows, (*stack, N, m, p))
-        require_stacked(model, "regressors", lambda x: [model.regressors(stand.stimulus(x))], angles)
+        require_stacked(model, "regressors", lambda x: [model.regressors(_timed(model, stand, x))], angles)
         turned = stimulus.made({name: value[..., ::-1, :] for name, value in stimulus.items()})
         if stimulus.weights is None:
             rule = "a position's rows depend on it alone, not on its place among the others"
@@ -163,7 +194,13 @@ def _check_derivatives(model: Model, stimulus: Stimulus, rows: Array) -> None:
         require_close(model, f"pull by {name} is the chain rule", pulled[name], expected, 1e-6)
 
 
-def _in_units(model: Compared, stimulus: Stimulus, stand: Stand) -> Stimulus:
+def _timed(model: Model, stand: Stand, settings: Array) -> Stimulus:
+    """What is felt, and the time in each position where the model needs it."""
+    return stand.stimulus(settings).timed(model.needs, _DWELL_S)
+
+
+def _felt(model: Compared, stand: Stand, settings: Array) -> Stimulus:
     """What a sensor feels, in the units that it takes."""
+    stimulus = _timed(model, stand, settings)
     Model.check(model, stimulus, stand)  # of the sensor itself the rules here say more
     return model.in_units(stimulus.mean())
