@@ -13,7 +13,7 @@ from hydra.errors import InstantiationException
 from omegaconf import DictConfig, ListConfig, OmegaConf
 
 from acalx.commands.explain import chain, suggestion
-from acalx.commands.former import as_now
+from acalx.commands.former import as_now, moved
 from acalx.criteria import Criterion, Objectives
 from acalx.errors import AcalxError, ArgumentError, Option
 from acalx.models import Compared, Model, as_model
