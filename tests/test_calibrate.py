@@ -137,7 +137,7 @@ def test_a_calibration_is_recorded_with_its_accuracy(calibrated: dict[str, Outco
     assert outcome.status == 0, outcome.err
     assert outcome.err == ""
     figures = {"residuals.svg", "residuals.png"}
-    assert outcome.files == figures | {"calibration.json", "residuals.csv", "result.json"}
+    assert outcome.files == figures | {"calibration.json", "residuals.csv", "resolved.yaml", "result.json"}
     assert outcome.result["status"] == "ok"
     assert outcome.result["n"] == 18
     entries = calibration(outcome)
@@ -285,6 +285,15 @@ def test_readings_are_made_right(calibrated: dict[str, Outcome], folder: Path, n
     assert outcome.result["mean_magnitude_g"] == pytest.approx(1.0, abs=1e-4)
     again = read_correction(folder / name)
     assert again.unit == {"g": "g", "si": "m/s^2", "counts": "counts"}[name]
+
+
+def test_a_configuration_that_cannot_be_read_is_no_model(calibrated: dict[str, Outcome], folder: Path) -> None:
+    (folder / "torn").mkdir()
+    (folder / "torn" / "calibration.json").write_text(calibrated["g"].text("calibration.json"))
+    (folder / "torn" / "resolved.yaml").write_text("model: {")
+    assert_refused(calibrate(folder, "apply=torn", "data=g.csv", into="torn_1"), "resolved.yaml", "give model=NAME")
+    named = calibrate(folder, "apply=torn", "data=g.csv", "model=scalar_accel", into="torn_2")
+    assert named.status == 0, named.err
 
 
 @pytest.mark.parametrize("data", ["word.csv", "nan.csv"])

@@ -221,7 +221,7 @@ def the_whole_way(folder: Path, name: str, options: tuple[str, ...], program: Pa
     written = json.loads(calibrated.text("calibration.json"))
     assert_found(name, written["parameters"])
     apply = f"apply={calibrated.directory / 'calibration.json'}"
-    corrected = went_well(run(folder, *options, f"data={data}", apply, into=into + "a", entry="calibrate"))
+    corrected = went_well(run(folder, f"data={data}", apply, into=into + "a", entry="calibrate"))
     felt = case.rig.stimulus(np.tile(find_program(str(program)).settings_for(case.rig), (2, 1)))
     ideal = case.sensor.readings(case.sensor.nominal, felt.in_units(case.sensor.needs))
     rows = corrected.rows("corrected.csv")

@@ -11,7 +11,7 @@ import pytest
 from acalx.bounds import bound
 from acalx.criteria import D
 from acalx.estimation import Iterated, Readings, calibrate
-from acalx.estimation.calibration import OF_MODEL
+from acalx.estimation.residuals import OF_MODEL
 from acalx.models import Model, as_model
 from acalx.numerics.arrays import Array
 from acalx.optimizers import Gradient

@@ -9,7 +9,7 @@ from typing import Any
 
 from omegaconf import DictConfig, OmegaConf
 
-from acalx.commands.composition import build, build_model
+from acalx.commands.composition import RESOLVED, as_recorded, build, build_model, resolved
 from acalx.commands.launch import Entry, launch
 from acalx.commands.options import channels_of, where_of
 from acalx.commands.singular import answers_singular
@@ -60,7 +60,7 @@ def run(config: DictConfig, directory: RunDirectory) -> int:
         raise ArgumentError("which measurements? Give data=FILE.csv with columns ax, ay, az, a static position a row")
     directory.remember(data=str(config.data), inestimable=[])
     if config.apply is not None:
-        return _apply(config, directory, started)
+        return _apply(as_recorded(config, str(config.apply), directory.overrides), directory, started)
     model, estimator = build_model(config), build(config, "estimator", Estimator)
     unit = build(config, "unit", Unit).named_for(model.channels)
     directory.remember(model=described(model), estimator=described(estimator), unit=described(unit))
@@ -69,6 +69,7 @@ def run(config: DictConfig, directory: RunDirectory) -> int:
     directory.remember(n=readings.n)
     calibration = calibrate(readings, model, estimator, unit, config.noise, config.confidence)
     record(calibration, str(config.data), directory)
+    directory.write_text(RESOLVED, resolved(config, ENTRY.name))
     if config.static is not None:
         record_intervals(readings, directory)
     if config.figures:
@@ -95,6 +96,7 @@ def _apply(config: DictConfig, directory: RunDirectory, started: float) -> int:
     """Write the data again with more columns: the readings made right."""
     directory.remember(apply=str(config.apply))
     model = build_model(config)
+    directory.remember(model=described(model))
     correction = read_correction(str(config.apply), model)
     columns, stand = channels_of(config, model), build(config, "stand", Stand)
     count, magnitude = record_corrected(correction, str(config.data), columns, directory, stand)

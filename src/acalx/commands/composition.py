@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import hydra
@@ -11,18 +12,21 @@ from hydra.core.global_hydra import GlobalHydra
 from hydra.core.hydra_config import HydraConfig
 from hydra.errors import InstantiationException
 from omegaconf import DictConfig, ListConfig, OmegaConf
+from omegaconf.errors import OmegaConfBaseException
+from yaml import YAMLError
 
 from acalx.commands.explain import chain, suggestion
 from acalx.commands.former import as_now, moved
 from acalx.criteria import Criterion, Objectives
-from acalx.errors import AcalxError, ArgumentError, Option
+from acalx.errors import AcalxError, ArgumentError, DataError, Option
 from acalx.models import Compared, Model, as_model
 from acalx.planning.defaults import suited
 from acalx.sensors import Sensor
 from acalx.stands import Stand
 
-__all__ = ["build", "build_model", "build_objectives", "composed", "placed", "resolved"]
+__all__ = ["RESOLVED", "as_recorded", "build", "build_model", "build_objectives", "composed", "placed", "resolved"]
 
+RESOLVED = "resolved.yaml"
 _GROUP = "criterion"
 
 
@@ -50,17 +54,53 @@ def composed(config: DictConfig, overrides: Sequence[str]) -> DictConfig:
     return _compose_orient(config)
 
 
-def resolved(config: DictConfig) -> str:
-    """The configuration as it was, which runs again by itself, as YAML."""
+def resolved(config: DictConfig, entry: str) -> str:
+    """The configuration of an entry point as it was, which runs again by itself, as YAML."""
     chosen = {"launcher": "acalx", "sweeper": "acalx", "job_logging": "none", "hydra_logging": "none"}
-    defaults = ["run_schema", "settings", *({f"override hydra/{group}": option} for group, option in chosen.items())]
+    defaults = [
+        f"{entry}_schema",
+        "settings",
+        *({f"override hydra/{group}": option} for group, option in chosen.items()),
+    ]
     head = {"defaults": [*defaults, "_self_"]}
     body = OmegaConf.to_container(config, resolve=True)
     return (
-        "# This run again: python -m acalx.run --config-dir=THIS_DIRECTORY --config-name=resolved\n"
+        f"# This run again: python -m acalx.{entry} --config-dir=THIS_DIRECTORY --config-name=resolved\n"
         + OmegaConf.to_yaml(OmegaConf.create(head))
         + OmegaConf.to_yaml(OmegaConf.create(body))
     )
+
+
+def as_recorded(config: DictConfig, run: str, overrides: Sequence[str]) -> DictConfig:
+    """A configuration with the model and the stand of another run, unless the command line names a model.
+
+    Parameters
+    ----------
+    config : DictConfig
+    run : str
+        Its directory, or a file there.
+    overrides : sequence of str
+        The command line.
+
+    Raises
+    ------
+    DataError
+        Where that run left its configuration, and it can't be read.
+    """
+    named = {override.lstrip("+~").partition("=")[0].partition(".")[0] for override in overrides}
+    path = Path(run).expanduser()
+    path = (path if path.is_dir() else path.parent) / RESOLVED
+    if "model" in named or not path.is_file():
+        return config
+    try:
+        recorded: Any = OmegaConf.load(path)
+        parts = OmegaConf.masked_copy(recorded, [group for group in ("model", "stand") if group not in named])
+    except (OmegaConfBaseException, YAMLError, OSError, ValueError) as error:
+        raise DataError(f"{path}: can't be read; give model=NAME as it was when it was calibrated") from error
+    changed = config.copy()
+    for group, part in parts.items():
+        changed[group] = part
+    return changed
 
 
 def build(config: DictConfig, group: str, *kinds: type) -> Any:

@@ -10,7 +10,7 @@ from typing import Any
 from omegaconf import DictConfig
 
 from acalx.commands.asked import certificate_of, problem_of, request_of
-from acalx.commands.composition import composed, resolved
+from acalx.commands.composition import RESOLVED, composed, resolved
 from acalx.commands.launch import FAILED, INTERRUPTED, Entry, launch
 from acalx.planning.design import Designed, searched
 from acalx.recording import RunDirectory
@@ -50,7 +50,7 @@ def run(config: DictConfig, directory: RunDirectory) -> int:
     started = time.perf_counter()
     directory.remember(n=config.n, seed=config.seed)
     config = composed(config, directory.overrides)
-    directory.write_text("resolved.yaml", resolved(config))
+    directory.write_text(RESOLVED, resolved(config, ENTRY.name))
     bounded, problem, request = certificate_of(config), problem_of(config), request_of(config)
     directory.remember(**asked(problem, request))
     progress = Progress()

@@ -173,9 +173,9 @@ class Estimator(ABC):
 def _rounding(model: Model, readings: Array, known: Stimulus | None) -> Array:
     """The size (...) of what rounding leaves in a residual, in units of the model's noise."""
     felt = Stimulus() if known is None else known
-    try:
+    if set(model.needs) <= set(felt):
         deviations = model.deviations(felt)
-    except KeyError:  # they depend on something that follows from the readings
+    else:  # they may depend on what follows from the readings
         deviations = np.array([channel.noise for channel in model.channels])
     if deviations.ndim > 1:
         return np.asarray(_ROUNDINGS * np.abs(readings / deviations).max(axis=(-2, -1)))

@@ -12,29 +12,18 @@ from acalx.errors import CompatibilityError
 from acalx.estimation.correction import Correctly, correction_of
 from acalx.estimation.estimate import Estimate
 from acalx.estimation.readings import Readings
+from acalx.estimation.residuals import OF_MODEL, suffix
 from acalx.estimation.units import Unit
 from acalx.models import Model
 from acalx.numerics.arrays import Array
 
-__all__ = ["CONFIDENCE", "Calibration", "suffix", "unit_of_residuals"]
+__all__ = ["CONFIDENCE", "Calibration"]
 
 CONFIDENCE = 0.95
-# What residuals are in that have no unit of their own.
-OF_MODEL = "times the model's noise"
 # A parameter is called hardly shown where its standard deviation is so many times the noise's.
 _HARDLY_SHOWN = 30.0
-
-
-def unit_of_residuals(model: Model) -> str:
-    """What residuals are in, as names in files end: the channels' unit where that, with noise 1, is all they have."""
-    alike = {(channel.unit, channel.noise) for channel in model.channels}
-    unit, noise = alike.pop() if len(alike) == 1 else (OF_MODEL, 1.0)
-    return suffix(unit if noise == 1.0 else OF_MODEL)
-
-
-def suffix(unit: str) -> str:
-    """A unit as the end of a name in files: ``deg_s`` of deg/s."""
-    return "relative" if unit == OF_MODEL else "".join(c if c.isalnum() else "_" for c in unit).strip("_") or "1"
+# An estimated noise is questioned where it is so many times what the model tells.
+_FAR_ABOVE = 5.0
 
 
 @final
@@ -224,9 +213,20 @@ class Calibration:
                 f"the residuals are {ratio:.3g} times what the noise explains (chi-square probability "
                 f"{test['probability']:.2g}): something else is there, and the standard errors are too small"
             )
+        found += self._question_noise()
         if self.outlying:
             found.append(f"outlying: position {', '.join(map(str, self.outlying))}; look at it, or take a robust loss")
         return found
+
+    def _question_noise(self) -> list[str]:
+        """A question where an estimated noise is far above what the model tells of it."""
+        told = all(channel.noise != 1.0 for channel in self.model.channels)
+        if self.estimate.known or self.freedom <= 0 or not told:
+            return []
+        sizes = np.atleast_1d(self.estimate.sizes if self.estimate.sizes.size else self.estimate.scale)
+        far = [f"in {unit} {size:.3g}" for unit, size in zip(self.noises, sizes, strict=True) if size > _FAR_ABOVE]
+        question = "are the settings, what the stand says of the place, and the rows those of these readings?"
+        return [f"the noise is far above what the model says, {' and '.join(far)} times: {question}"] if far else []
 
     @property
     def _unit_noise(self) -> float:

@@ -73,7 +73,7 @@ def read_groups(
     file = data_file(path)
     header = file.header()
     where = where or {}
-    find_columns(file, header, (*columns, *by, *where))
+    find_columns(file, header, columns, (*by, *where))
     reader = _Reader(file, header, columns, stand, quantities)
     groups: dict[tuple[str, ...], list[tuple[str, list[float]]]] = {}
     for count, (row, fields) in enumerate(file.rows()):
@@ -102,20 +102,20 @@ def data_file(path: str | os.PathLike[str]) -> CsvFile:
     return CsvFile(Path(path).expanduser(), DataError, _LAYOUT, ("measurements.csv", "0.0312"))
 
 
-def find_columns(file: CsvFile, header: list[str], names: Sequence[str]) -> list[int]:
-    """Places of columns; raises DataError for one that is not there."""
-    for name in names:
+def find_columns(file: CsvFile, header: list[str], columns: Sequence[str], others: Sequence[str] = ()) -> list[int]:
+    """Places of the columns of readings, and of others; raises DataError for one that is not there."""
+    for name in (*columns, *others):
         if name not in header:
             raise DataError(
-                "{path}: no column {name!r}{hint}; there are {names}; {columns} says which are read "
-                "instead of ax, ay, az",
+                "{path}: no column {name!r}{hint}; there are {names}"
+                + ("; {columns} says which are those of the readings" if name in columns else ""),
                 path=file.path,
                 name=name,
                 hint=did_you_mean(closest(name, header)),
                 names=", ".join(header)[:300],
-                columns=Option("columns", ["NAME"] * 3, "(NAME, NAME, NAME)"),
+                columns=Option("columns", ["NAME"] * len(columns), f"({', '.join(['NAME'] * len(columns))})"),
             )
-    return [header.index(name) for name in names]
+    return [header.index(name) for name in (*columns, *others)]
 
 
 class _Reader:

@@ -8,11 +8,10 @@ import numpy as np
 
 from acalx.errors import DataError
 from acalx.estimation import Calibration, Readings
-from acalx.estimation.calibration import suffix
 from acalx.estimation.columns import Known, needs_of
 from acalx.estimation.correction import Correctly, ModelCorrection
 from acalx.estimation.files import data_file, find_columns
-from acalx.models import Model
+from acalx.estimation.residuals import names_of_residuals, suffix
 from acalx.numerics.arrays import Array
 from acalx.recording.run_directory import RunDirectory
 from acalx.stands import Stand
@@ -42,7 +41,7 @@ def record(calibration: Calibration, data: str, directory: RunDirectory) -> None
         header += [f"{channel.name}_{suffix(channel.unit)}" for channel in channels]
     for what, values in _told(calibration).items():
         table.append(values.reshape(readings.n, m))
-        header += [what] if m == 1 else [f"{what}_{name}" for name in _outputs(model)]
+        header += [what] if m == 1 else [f"{what}_{name}" for name in names_of_residuals(model)]
     numbers = np.column_stack(table).tolist()
     directory.write_table(
         "residuals.csv",
@@ -60,13 +59,6 @@ def _told(calibration: Calibration) -> dict[str, Array]:
     unit = "" if several else f"_{suffix(next(iter(calibration.noises)))}"
     residual = estimate.scaled if several else calibration.size_of_residuals * estimate.residual
     return {f"residual{unit}": residual, "leverage": calibration.leverage, "studentized": calibration.studentized}
-
-
-def _outputs(model: Model) -> list[str]:
-    """Names of the residuals of a position: those of the channels where these are compared, else numbers."""
-    if model.outputs == len(model.channels):
-        return [channel.name for channel in model.channels]
-    return [str(k + 1) for k in range(model.outputs)]
 
 
 def record_intervals(readings: Readings, directory: RunDirectory) -> None:

@@ -32,7 +32,7 @@ def show(designed: Designed) -> None:
         print(weights_table(problem.stand, *result.design.merged()))
         print()
     print(align(figures_table(columns)))
-    print(units_line(problem.parameters))
+    print(units_line(problem.parameters, problem.model.channels))
     print()
     print(f"{result.message}; {result.evaluations} programs in {result.seconds:.2f} s")
     if designed.certificate is not None:

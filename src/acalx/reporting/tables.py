@@ -10,6 +10,7 @@ import numpy as np
 from acalx.numerics.arrays import Array
 from acalx.quantities.magnitude import with_decimals, written_from_log
 from acalx.quantities.parameter import Parameter
+from acalx.sensors import Channel
 from acalx.stands import Stand
 
 __all__ = ["align", "figures_table", "markdown", "program_table", "units_line", "weights_table"]
@@ -97,11 +98,13 @@ def figures_table(columns: Mapping[str, Mapping[str, Any]]) -> list[list[str]]:
     return rows
 
 
-def units_line(parameters: Iterable[Parameter]) -> str:
-    """In which units the standard deviations of each group are."""
+def units_line(parameters: Iterable[Parameter], channels: Iterable[Channel] = ()) -> str:
+    """In which units the standard deviations of each group are, and for what noise of the readings."""
     units: dict[str, list[str]] = {}
     for parameter in parameters:
         of_group = units.setdefault(parameter.group, [])
         if parameter.unit not in of_group:
             of_group.append(parameter.unit)
-    return "units: " + ", ".join(f"{group} {' and '.join(names)}" for group, names in units.items())
+    text = "units: " + ", ".join(f"{group} {' and '.join(names)}" for group, names in units.items())
+    noises = dict.fromkeys(f"{channel.noise:.4g} {channel.unit}" for channel in channels)
+    return f"{text}; for a noise of {' and '.join(noises)}" if noises else text

@@ -11,8 +11,8 @@ import numpy as np
 from acalx.criteria import Criterion, D
 from acalx.errors import ArgumentError, DataError, Option
 from acalx.estimation import Calibration, Estimator, Iterated, Readings, Unit, calibrate
-from acalx.estimation.calibration import unit_of_residuals
 from acalx.estimation.procedure import prepared
+from acalx.estimation.residuals import unit_of_residuals
 from acalx.models import Model, ScalarAccel, as_model
 from acalx.numerics.arrays import Array
 from acalx.options import is_whole, require_part, require_seed
