@@ -401,6 +401,8 @@ class Furlong(Stand):
 """
 OWN = "model=custom"
 SHELL: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
+    "module": ((OWN, "model._target_=lob.Good"), ("Error locating target 'lob.Good': No module named 'lob'",)),
+    "class": ((OWN, "model._target_=lab.Goods", "+model.prior={bias: 1}"), ("lab.Goods",)),
     "shape": ((OWN, "model._target_=lab.Short"), ("Short.readings has shape (1, 2); expected (1, 3)", "channel")),
     "nan": ((OWN, "model._target_=lab.Nan"), ("Nan.readings is not finite in a position with the specific force",)),
     "changes": ((OWN, "model._target_=lab.Greedy"), ("Greedy.readings changed the parameters that it was given",)),

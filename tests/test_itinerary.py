@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import time
 from functools import partial
 
 import numpy as np
@@ -12,9 +13,9 @@ import parts
 from acalx.errors import ArgumentError
 from acalx.numerics.arrays import Array
 from acalx.numerics.routes import exact_route, searched_route
-from acalx.planning.itinerary import ORDERS, Itinerary, itinerary
+from acalx.planning.itinerary import ORDERS, Itinerary, itinerary, shorter
 from acalx.programs import find_program
-from acalx.stands import RateTable, Stand, TwoAxis
+from acalx.stands import Chamber, RateTable, Stand, TwoAxis
 from command import Outcome, assert_refused, run, together
 
 STANDS: list[Stand] = [
@@ -197,3 +198,24 @@ def test_a_simulation_states_the_travel_of_each_program(runs: dict[str, Outcome]
 )
 def test_bad_input_gets_one_plain_message(runs: dict[str, Outcome], name: str, phrases: tuple[str, ...]) -> None:
     assert_refused(runs[name], *phrases)
+
+
+def test_a_slow_axis_is_worth_a_remark() -> None:
+    stand, n = Chamber(), 100
+    settings = stand.axes.random(np.random.default_rng(0), (n,))
+    visit = itinerary(stand, settings, "given", np.random.default_rng(0))
+    started = time.process_time()
+    remark = shorter(visit, "given", 60.0)
+    assert time.process_time() - started < 5.0
+    least = itinerary(stand, settings, "shortest", np.random.default_rng(0)).seconds
+    assert remark == f"most of the time is on the way; order=shortest makes that {least:.0f} s"
+    assert shorter(visit, "random", 60.0) == ""
+    assert shorter(visit, "given", visit.seconds) == ""
+    sorted_already = itinerary(stand, settings, "shortest", np.random.default_rng(0))
+    assert shorter(sorted_already, "given", 60.0) == ""
+
+
+def test_a_fast_table_is_not() -> None:
+    stand = TwoAxis()
+    settings = stand.axes.random(np.random.default_rng(0), (12,))
+    assert shorter(itinerary(stand, settings, "given", np.random.default_rng(0)), "given", 60.0) == ""

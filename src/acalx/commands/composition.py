@@ -16,7 +16,7 @@ from omegaconf.errors import OmegaConfBaseException
 from yaml import YAMLError
 
 from acalx.commands.explain import chain, suggestion
-from acalx.commands.former import as_now, moved
+from acalx.commands.former import as_now, target_of
 from acalx.criteria import Criterion, Objectives
 from acalx.errors import AcalxError, ArgumentError, DataError, Option
 from acalx.models import Compared, Model, as_model
@@ -135,11 +135,7 @@ def build_model(config: DictConfig) -> Model:
 
 
 def _is_sensor(target: object) -> bool:
-    """Whether a target names a sensor; of what can't be imported building the part says it."""
-    try:
-        found = hydra.utils.get_object(moved(str(target)))
-    except Exception:
-        return False
+    found = target_of(target)
     return isinstance(found, type) and issubclass(found, Sensor)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pkgutil
 import re
 import sys
 from collections.abc import Sequence
@@ -9,7 +10,7 @@ from typing import Any
 
 from omegaconf import DictConfig, OmegaConf
 
-__all__ = ["as_now", "moved", "renewed"]
+__all__ = ["as_now", "renewed", "target_of"]
 
 # Parts by the names that they had.
 _MOVED = {
@@ -33,9 +34,14 @@ _WORDS = re.compile("|".join(rf"(?<![\w.]){re.escape(old)}(?![\w.])" for old in 
 _said: set[str] = set()
 
 
-def moved(target: str) -> str:
-    """The name that a part has now."""
-    return _MOVED.get(target, target)
+def target_of(target: object) -> Any:
+    """What a target names, by the name that it has or had; None where there is nothing: building the part says it."""
+    if not isinstance(target, str) or "." not in target:
+        return None
+    try:
+        return pkgutil.resolve_name(_MOVED.get(target, target))
+    except Exception:  # whatever a module of somebody's raises when it is imported
+        return None
 
 
 def renewed(arguments: Sequence[str]) -> list[str]:

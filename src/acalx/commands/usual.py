@@ -14,7 +14,7 @@ from omegaconf import DictConfig, OmegaConf
 from omegaconf.errors import OmegaConfBaseException
 from yaml import YAMLError
 
-from acalx.commands.former import as_now, moved
+from acalx.commands.former import as_now, target_of
 from acalx.models import as_model
 
 __all__ = ["with_usual"]
@@ -83,7 +83,7 @@ def _usual(said: Mapping[str, str], arguments: Sequence[str], config_name: str) 
     if not isinstance(options, DictConfig):
         return {}
     target = said.get("model._target_") or _plain(options).get("_target_")
-    model = _class(target)
+    model = target_of(target)
     found = getattr(model, "usual", None)
     if isinstance(found, property):
         found = _of_instance(options, arguments)
@@ -122,16 +122,6 @@ def _default(folders: Sequence[Path], config_name: str) -> str:
 
 def _found(folders: Sequence[Path], name: str) -> Path | None:
     return next((path for folder in folders if (path := folder / name).is_file()), None)
-
-
-def _class(target: object) -> Any:
-    """The class that a target names; None where there is none."""
-    if not isinstance(target, str) or "." not in target:
-        return None
-    try:
-        return hydra.utils.get_object(moved(target))
-    except Exception:  # whatever a module of somebody's raises when it is imported: building the part says it
-        return None
 
 
 def _folders(arguments: Sequence[str]) -> list[Path]:

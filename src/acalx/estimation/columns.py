@@ -46,13 +46,13 @@ def needs_of(model: Model) -> dict[str, str]:
     return {name: unit or "" for name, unit in needs.items()}
 
 
-def columns_for(quantity: str, unit: str = "") -> str:
+def columns_for(quantity: str, unit: str = "", width: int = 1) -> str:
     """What columns that tell a quantity are called, for messages; of one that only a sensor knows in its unit."""
     if quantity in COSINES:
         return ", ".join(COSINES[quantity])
     first, *others = _suffixes(quantity, unit) or [""]
     either = f" (or ..{', ..'.join(f'_{other}' for other in others)})" if others else ""
-    return ", ".join(_names(quantity, first)) + either
+    return ", ".join(_names(quantity, first, width)) + either
 
 
 class Known:
@@ -122,10 +122,10 @@ class Known:
             return COSINES[quantity], UNITS_OF[quantity]
         suffixes = _suffixes(quantity, self.wanted[quantity])
         for suffix, unit in suffixes.items():
-            names = _names(quantity, suffix)
-            if set(names) <= set(header):
-                return names, unit
-        for names in (_names(quantity, ""), (quantity,)):
+            for names in (_names(quantity, suffix), _names(quantity, suffix, 3)):
+                if set(names) <= set(header):
+                    return names, unit
+        for names in (_names(quantity, ""), _names(quantity, "", 3), (quantity,)):
             if set(names) <= set(header):
                 untold = _UNTOLD.get(quantity) if quantity in _SUFFIXES else self.wanted[quantity]
                 if untold is None:
@@ -168,10 +168,11 @@ class Known:
             )
 
 
-def _names(quantity: str, suffix: str) -> tuple[str, ...]:
+def _names(quantity: str, suffix: str, width: int = 1) -> tuple[str, ...]:
     """Columns of a quantity: three with an axis behind the name where it is a vector, then the unit."""
     end = f"_{suffix}" if suffix else ""
-    return tuple(f"{quantity}_{axis}{end}" for axis in "xyz") if quantity in VECTORS else (f"{quantity}{end}",)
+    vector = width > 1 or quantity in VECTORS
+    return tuple(f"{quantity}_{axis}{end}" for axis in "xyz") if vector else (f"{quantity}{end}",)
 
 
 def _suffixes(quantity: str, unit: str) -> Mapping[str, str]:

@@ -25,7 +25,7 @@ from acalx.options import is_number, require_confidence, require_part
 from acalx.problem.parts import check_readings
 from acalx.quantities.information import Information
 from acalx.quantities.parameter import parameter_groups
-from acalx.quantities.stimulus import VECTORS, Stimulus
+from acalx.quantities.stimulus import Stimulus
 from acalx.sensors import Sensor
 
 __all__ = ["calibrate", "prepared", "require_known", "starting_point"]
@@ -153,8 +153,8 @@ def require_known(readings: Readings, model: Model) -> None:
     missing = [name for name in model.knows if name not in known]
     if missing:
         needs = needs_of(model)
-        columns = " and ".join(columns_for(name, needs.get(name, "")) for name in missing)
-        lengths = ", or compare the magnitude" if set(missing) <= set(VECTORS) else ""
+        columns = " and ".join(columns_for(name, needs.get(name, ""), model.widths.get(name, 1)) for name in missing)
+        lengths = ", or compare the magnitude" if all(model.widths[name] > 1 for name in missing) else ""
         raise DataError(
             "{name}: what is compared of {model} needs the {missing} in each position: give the settings of the stand "
             "in columns such as alpha1_deg, alpha2_deg, or {columns}" + lengths,

@@ -13,7 +13,7 @@ from acalx.models.provided import Provider, check_provided
 from acalx.numerics.arrays import Array
 from acalx.quantities.information import Information
 from acalx.quantities.parameter import Parameter
-from acalx.quantities.stimulus import Stimulus
+from acalx.quantities.stimulus import VECTORS, Stimulus
 from acalx.sensors.base import Channel, suits
 
 if TYPE_CHECKING:
@@ -73,6 +73,11 @@ class Model(ABC):
     @abstractmethod
     def needs(self) -> Iterable[str]:
         """Names of the quantities of the stimulus that the regressors read; a mapping gives their units too."""
+
+    @property
+    def widths(self) -> Mapping[str, int]:
+        """How many components each of the quantities that it needs has: three of a vector, one of others."""
+        return {name: 3 if name in VECTORS else 1 for name in self.needs}
 
     @property
     def outputs(self) -> int:

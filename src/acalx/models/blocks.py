@@ -11,7 +11,7 @@ from acalx.numerics.arrays import Array
 from acalx.quantities.information import Information
 from acalx.quantities.parameter import Parameter
 
-__all__ = ["Blocks", "by_blocks", "in_blocks", "runs", "touched"]
+__all__ = ["Blocks", "by_blocks", "in_blocks", "runs", "side_by_side", "touched"]
 
 # Outputs and parameters of each, as indices.
 Blocks = tuple[tuple[np.ndarray, np.ndarray], ...]
@@ -35,6 +35,14 @@ def by_blocks(blocks: Blocks, regressors: Array, gradient: Array) -> Array:
         own = gradient[..., None, numbers[:, None], numbers]
         rows[..., outputs[:, None], numbers] = 2.0 * (regressors[..., outputs[:, None], numbers] @ own)
     return rows
+
+
+def side_by_side(parts: Sequence[Information], places: Sequence[np.ndarray]) -> tuple[np.ndarray, ...]:
+    """Blocks of a whole, from the indices that the parameters of each part have there: those in it, or the part."""
+    found = list[np.ndarray]()
+    for part, place in zip(parts, places, strict=True):
+        found += [place[block] for block in part.blocks] or [place]
+    return tuple(found)
 
 
 def touched(blocks: Blocks, outputs: int, count: int) -> np.ndarray:

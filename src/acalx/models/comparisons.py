@@ -14,7 +14,7 @@ from acalx.models.standins import Faultless
 from acalx.models.table import Entry
 from acalx.numerics.arrays import Array
 from acalx.options import keep
-from acalx.quantities.stimulus import VECTORS, Stimulus
+from acalx.quantities.stimulus import Stimulus
 from acalx.sensors.base import Sensor
 
 __all__ = ["Comparison", "Outputs", "Residual", "Together", "anything"]
@@ -211,7 +211,7 @@ class Together(Comparison):
 def anything(sensor: Sensor, n: int) -> Stimulus:
     """What no stand does in particular: so many random positions in the units that a sensor takes."""
     rng = np.random.default_rng(0)
-    widths = {name: 3 if name in VECTORS else 1 for name in sensor.needs}
+    widths = {name: sensor.width(name) for name in sensor.needs}
     felt = {name: rng.standard_normal((n, width)) for name, width in widths.items()}
     positive = {name: value if widths[name] > 1 else 1.0 + np.abs(value) for name, value in felt.items()}
     return Stimulus(positive, units=sensor.needs)

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from acalx.models.base import Model, Noises, noises_of
-from acalx.models.blocks import runs
+from acalx.models.blocks import runs, side_by_side
 from acalx.models.comparisons import Comparison
 from acalx.numerics.arrays import Array, empty_as
 from acalx.quantities.information import Information
@@ -78,6 +78,11 @@ class Composite(Model):
             own = model.needs if isinstance(model.needs, Mapping) else dict.fromkeys(model.needs)
             needs = {**own, **needs}
         return needs
+
+    @property
+    def widths(self) -> Mapping[str, int]:
+        """Those of the parts."""
+        return {name: width for model in reversed(self.models) for name, width in model.widths.items()}
 
     @property
     def outputs(self) -> int:
@@ -167,15 +172,8 @@ class Composite(Model):
                 matrix[..., own, own] = part.matrix
             else:
                 matrix[..., own[:, None], own] += part.matrix
-        return Information(matrix, self.parameters, () if self.shared else self._blocks_of(parts))
-
-    def _blocks_of(self, parts: Sequence[Information]) -> tuple[np.ndarray, ...]:
-        """Indices of the parameters of each part, or of the blocks in it."""
-        numbers, found = np.arange(len(self.parameters)), list[np.ndarray]()
-        for part, (_, own) in zip(parts, self._blocks, strict=True):
-            place = numbers[own]
-            found += [place[block] for block in part.blocks] or [place]
-        return tuple(found)
+        places = [np.arange(p)[own] for _, own in self._blocks]
+        return Information(matrix, self.parameters, () if self.shared else side_by_side(parts, places))
 
     @cached_property
     def _blocks(self) -> tuple[tuple[slice, Places], ...]:

@@ -43,6 +43,12 @@ def check_declared(sensor: Sensor) -> None:
         raise PluginError(
             f"{kind}.senses is {senses!r}; give a tuple of quantities that its needs name: {_list(needs)}"
         )
+    vectors = sensor.vectors
+    if isinstance(vectors, str) or not isinstance(vectors, Sequence) or not set(vectors) <= set(needs):
+        raise PluginError(
+            f"{kind}.vectors is {vectors!r}; give a tuple of those quantities of its needs that are vectors: "
+            f"{_list(needs)}"
+        )
     for what, items, one in (("parameters", sensor.parameters, Parameter), ("channels", sensor.channels, Channel)):
         if not items:
             raise PluginError(f"{kind} has no {what}")

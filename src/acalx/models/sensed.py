@@ -7,7 +7,7 @@ import numpy as np
 from acalx.errors import CompatibilityError, Option
 from acalx.models.table import Entry
 from acalx.numerics.arrays import Array
-from acalx.quantities.stimulus import UNITS_OF, VECTORS, conversion
+from acalx.quantities.stimulus import UNITS_OF, conversion
 from acalx.sensors.base import Sensor
 
 __all__ = ["along", "of_sensor", "unit_length"]
@@ -21,9 +21,17 @@ def of_sensor(sensor: Sensor, quantity: str | None, what: str = "") -> str:
     CompatibilityError
         One that does not follow from its readings; several where none is named.
     """
-    components = sum(3 if name in VECTORS else 1 for name in sensor.senses)
+    components = sum(map(sensor.width, sensor.senses))
     if components == len(sensor.channels) and quantity is None and len(sensor.senses) == 1:
         return sensor.senses[0]
+    if quantity in sensor.senses and sensor.width(quantity) == 1:
+        raise CompatibilityError(
+            "{given}: {sensor} takes the {quantity} as one number; a sensor says which quantities of its own are "
+            f"vectors, as in vectors = ({quantity!r},)",
+            given=Option("quantity", quantity),
+            sensor=type(sensor).__name__,
+            quantity=_words(quantity),
+        )
     if components != len(sensor.channels) or quantity not in sensor.senses:
         whole = sensor.senses and components == len(sensor.channels)
         raise CompatibilityError(

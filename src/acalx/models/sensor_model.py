@@ -16,7 +16,7 @@ from acalx.models.comparisons import Comparison
 from acalx.models.corrected import corrected_of, felt_of
 from acalx.models.numerical import coupled_pull
 from acalx.models.prior import prior_information
-from acalx.models.standins import Averaged
+from acalx.models.standins import averaged
 from acalx.models.start import generic_least, of_spheres, sphere_start
 from acalx.models.table import Table
 from acalx.models.whitening import correlated, flat, over_shared, passed_on, whitened
@@ -184,7 +184,7 @@ class SensorModel(Model):
         """What parameters leave of the comparison, over its noise."""
         felt = None if known is None else self.in_units(known)
         found = self.comparison.residual(
-            self._averaged(felt), parameters, readings, None if felt is None else felt.mean()
+            averaged(self.sensor, felt), parameters, readings, None if felt is None else felt.mean()
         )
         sigma = self._noise_of(parameters, readings, felt)
         return flat(*whitened(sigma, found.value, found.rows, found.by_readings, self._correlation(felt)))
@@ -247,6 +247,11 @@ class SensorModel(Model):
         return noises_of(of_outputs, touched(self._blocks, self.outputs, len(self.parameters)))
 
     @property
+    def widths(self) -> Mapping[str, int]:
+        """Those of its sensor."""
+        return {name: self.sensor.width(name) for name in self.needs}
+
+    @property
     def corrects_with(self) -> tuple[str, ...]:
         """What the sensor needs and does not sense itself."""
         return tuple(name for name in self.needs if name not in (*self.sensor.senses, *AT_REST))
@@ -293,6 +298,3 @@ class SensorModel(Model):
             return None
         assert felt is not None  # `knows` and `needs` say the time
         return self.sensor.correlation(felt.mean()["time"][..., 0])
-
-    def _averaged(self, felt: Stimulus | None) -> Sensor:
-        return self.sensor if felt is None or felt.weights is None else Averaged(self.sensor, felt)

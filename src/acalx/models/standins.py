@@ -12,7 +12,7 @@ from acalx.quantities.parameter import Parameter
 from acalx.quantities.stimulus import Stimulus
 from acalx.sensors.base import Channel, Sensor
 
-__all__ = ["Averaged", "Faultless"]
+__all__ = ["Faultless", "averaged"]
 
 
 class _StandIn(Sensor):
@@ -41,6 +41,11 @@ class _StandIn(Sensor):
         """What the sensor senses."""
         return self.sensor.senses
 
+    @property
+    def vectors(self) -> tuple[str, ...]:
+        """The same as of the sensor itself."""
+        return self.sensor.vectors
+
     def deviations(self, stimulus: Stimulus) -> Array:
         """The same as of the sensor itself."""
         return self.sensor.deviations(stimulus)
@@ -68,6 +73,11 @@ class Averaged(_StandIn):
         own = values.shape[values.ndim - behind :]
         each = values.reshape((*values.shape[: -1 - behind], -1, len(weights), *own))
         return np.asarray(np.tensordot(each, weights, axes=([each.ndim - behind - 1], [0])))
+
+
+def averaged(sensor: Sensor, felt: Stimulus | None) -> Sensor:
+    """The sensor, or one that reads means where what was felt has samples."""
+    return sensor if felt is None or felt.weights is None else Averaged(sensor, felt)
 
 
 class Faultless(_StandIn):

@@ -11,7 +11,7 @@ from acalx.errors import PluginError, asked
 from acalx.models.base import Model
 from acalx.numerics.arrays import Array
 from acalx.numerics.sphere import fit_sphere
-from acalx.quantities.stimulus import VECTORS, Stimulus
+from acalx.quantities.stimulus import Stimulus
 from acalx.sensors.base import Sensor
 
 __all__ = ["generic_least", "of_spheres", "sphere_start"]
@@ -71,7 +71,7 @@ def generic_least(model: Model, least: int) -> int:
     Which residuals share parameters decides it; a count of residuals and parameters is only a lower limit.
     """
     rng = np.random.default_rng(0)
-    widths = {name: 3 if name in VECTORS else 1 for name in model.needs}
+    widths = model.widths
     units = dict(model.needs) if isinstance(model.needs, Mapping) else None
     prior = model.prior_information
     for n in range(least, 3 * least + 1):

@@ -18,7 +18,7 @@ from acalx.optimizers import Optimizer
 from acalx.options import require_count, require_part, require_seed, require_switch
 from acalx.planning.contradictions import contradiction
 from acalx.planning.defaults import default_optimizer
-from acalx.planning.itinerary import Itinerary, check_order, itinerary
+from acalx.planning.itinerary import Itinerary, check_order, itinerary, shorter
 from acalx.planning.metrics import best_published, figures_of_merit
 from acalx.planning.mixed_units import mixed_units
 from acalx.planning.orientation import Orientation, check_orientation, orient
@@ -130,11 +130,12 @@ class Designed:
         """All figures of merit of the program (see `acalx.figures_of_merit`)."""
         return figures_of_merit(self.problem.information(self.program))
 
-    @property
+    @cached_property
     def remarks(self) -> list[str]:
         """What somebody who relies on the program should know beside its figures."""
-        mixed = mixed_units(self.problem)
-        return [mixed] if mixed else []
+        problem, order = self.problem, "" if self.problem.model.ordered else self.request.order
+        found = mixed_units(problem), shorter(self.visit, order, self.request.dwell_s, problem.held)
+        return [remark for remark in found if remark]
 
     @cached_property
     def reference(self) -> Program | None:

@@ -28,7 +28,7 @@ UNITS_OF: Mapping[str, str] = MappingProxyType(
         "time": "s",
     }
 )
-# Those of them that are vectors in sensor axes.
+# Those of them that are vectors in sensor axes; a sensor says which quantities of its own are.
 VECTORS = ("specific_force", "angular_rate", "angular_acceleration", "magnetic_field")
 # Those that are zero where nobody tells them.
 AT_REST = ("angular_acceleration",)

@@ -9,7 +9,8 @@ import numpy as np
 
 from acalx.quantities.magnitude import significant
 from acalx.reporting.figures import PALE, SERIES, new_figure, save
-from acalx.reporting.tables import align, units_line
+from acalx.reporting.tables import align, noises_in_words, units_line
+from acalx.sensors import Channel
 from acalx.simulation import Outcome, Simulated
 
 __all__ = ["draw_simulation", "show"]
@@ -56,9 +57,10 @@ def draw_simulation(outcomes: Sequence[Outcome], directory: Path) -> None:
 
 def show(simulated: Simulated) -> None:
     """For each program what came out by group and by parameter, and whether theory predicts it."""
+    channels = simulated.model.channels
     for outcome in simulated.outcomes.values():
         print(f"{outcome.name}: {outcome.n} positions, {outcome.trials} trials\n")
-        print(f"{_groups(outcome)}\n\n{_parameters(outcome)}\n\n{outcome.summary()}\n{_relative(outcome)}\n")
+        print(f"{_groups(outcome)}\n\n{_parameters(outcome)}\n\n{outcome.summary()}\n{_relative(outcome, channels)}\n")
     print(f"s, theta and bias of groups are divided by the noise, {simulated.errors.noise:g}")
     print(units_line(simulated.model.parameters))
 
@@ -105,7 +107,7 @@ def _parameters(outcome: Outcome) -> str:
     return align(rows)
 
 
-def _relative(outcome: Outcome) -> str:
+def _relative(outcome: Outcome, channels: Sequence[Channel]) -> str:
     """Error of the worst parameter relative to its own size, and a question where that is too large to be meant."""
     errors = np.nan_to_num(outcome.relative_errors, posinf=0.0)  # of a parameter that is zero there is none
     worst = int(errors.argmax())
@@ -113,8 +115,8 @@ def _relative(outcome: Outcome) -> str:
     text = f"largest error relative to the parameter: {100 * errors[worst]:.3g} %, {name}"
     if errors[worst] > 1.0:
         text += (
-            "; more than the parameter itself: is the noise that of the sensor? It is errors.noise times what the "
-            "model says, as in model.gyro_noise_deg_h=0.001 model.accel_noise_g=1.02e-7"
+            f"; more than the parameter itself: does the program show it, and is the noise that of the sensor? It is "
+            f"errors.noise, {outcome.noise:g}, times what the model says, {noises_in_words(channels)}"
         )
     return text
 

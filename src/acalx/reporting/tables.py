@@ -13,7 +13,7 @@ from acalx.quantities.parameter import Parameter
 from acalx.sensors import Channel
 from acalx.stands import Stand
 
-__all__ = ["align", "figures_table", "markdown", "program_table", "units_line", "weights_table"]
+__all__ = ["align", "figures_table", "markdown", "noises_in_words", "program_table", "units_line", "weights_table"]
 
 
 def align(rows: Sequence[Sequence[str]]) -> str:
@@ -106,5 +106,10 @@ def units_line(parameters: Iterable[Parameter], channels: Iterable[Channel] = ()
         if parameter.unit not in of_group:
             of_group.append(parameter.unit)
     text = "units: " + ", ".join(f"{group} {' and '.join(names)}" for group, names in units.items())
-    noises = dict.fromkeys(f"{channel.noise:.4g} {channel.unit}" for channel in channels)
-    return f"{text}; for a noise of {' and '.join(noises)}" if noises else text
+    noise = noises_in_words(channels)
+    return f"{text}; for a noise of {noise}" if noise else text
+
+
+def noises_in_words(channels: Iterable[Channel]) -> str:
+    """How large the noise of the readings is that a model tells: a number for each unit and size."""
+    return " and ".join(dict.fromkeys(f"{channel.noise:.4g} {channel.unit}" for channel in channels))

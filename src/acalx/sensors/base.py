@@ -116,6 +116,15 @@ class Sensor(ABC):
         return ()
 
     @property
+    def vectors(self) -> tuple[str, ...]:
+        """Quantities of its own that are vectors of three components; others that acalx does not name are numbers."""
+        return ()
+
+    def width(self, quantity: str) -> int:
+        """How many components a quantity has: three of a vector, one of others."""
+        return 3 if quantity in VECTORS or quantity in self.vectors else 1
+
+    @property
     def kind(self) -> str:
         """What sensors like it are called; those of a kind are designed for together."""
         return type(self).__name__
@@ -233,7 +242,7 @@ class Sensor(ABC):
     @property
     def _widths(self) -> list[int]:
         """Components of each quantity that is sensed."""
-        widths = [3 if name in VECTORS else 1 for name in self.senses]
+        widths = [self.width(name) for name in self.senses]
         if not widths or sum(widths) > len(self.channels):
             raise ArgumentError(
                 f"{type(self).__name__}: its {len(self.channels)} channels can't give "
