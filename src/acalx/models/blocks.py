@@ -11,10 +11,12 @@ from acalx.numerics.arrays import Array
 from acalx.quantities.information import Information
 from acalx.quantities.parameter import Parameter
 
-__all__ = ["Blocks", "by_blocks", "in_blocks", "runs", "side_by_side", "touched"]
+__all__ = ["Blocks", "Places", "by_blocks", "in_blocks", "in_places", "runs", "side_by_side", "touched"]
 
 # Outputs and parameters of each, as indices.
 Blocks = tuple[tuple[np.ndarray, np.ndarray], ...]
+# Of the parameters of a part among those of the whole.
+Places = slice | np.ndarray
 
 
 def in_blocks(blocks: Blocks, regressors: Array, parameters: tuple[Parameter, ...]) -> Information:
@@ -43,6 +45,19 @@ def side_by_side(parts: Sequence[Information], places: Sequence[np.ndarray]) -> 
     for part, place in zip(parts, places, strict=True):
         found += [place[block] for block in part.blocks] or [place]
     return tuple(found)
+
+
+def in_places(
+    parts: Sequence[tuple[Array, Array]], places: Sequence[tuple[slice, Places]], n: int, outputs: int, p: int
+) -> tuple[Array, Array]:
+    """Residuals (..., n m) and rows (..., n m, p) of n positions, from those of parts with outputs and parameters."""
+    stack = np.broadcast_shapes(*(value.shape[:-1] for value, _ in parts), *(rows.shape[:-2] for _, rows in parts))
+    value, rows = np.empty((*stack, n, outputs)), np.zeros((*stack, n, outputs, p))
+    for (part, own_rows), (of_outputs, own) in zip(parts, places, strict=True):
+        m = of_outputs.stop - of_outputs.start
+        value[..., of_outputs] = part.reshape((*part.shape[:-1], n, m))
+        rows[..., of_outputs, own] = own_rows.reshape((*own_rows.shape[:-2], n, m, own_rows.shape[-1]))
+    return value.reshape((*stack, n * outputs)), rows.reshape((*stack, n * outputs, p))
 
 
 def touched(blocks: Blocks, outputs: int, count: int) -> np.ndarray:

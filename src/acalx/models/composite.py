@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from acalx.models.base import Model, Noises, noises_of
-from acalx.models.blocks import runs, side_by_side
+from acalx.models.blocks import Places, in_places, runs, side_by_side
 from acalx.models.comparisons import Comparison
 from acalx.numerics.arrays import Array, empty_as
 from acalx.quantities.information import Information
@@ -21,8 +21,6 @@ from acalx.quantities.stimulus import Stimulus
 from acalx.sensors.base import Channel
 
 __all__ = ["Composite"]
-
-Places = slice | np.ndarray
 
 
 class Composite(Model):
@@ -156,6 +154,15 @@ class Composite(Model):
         parts = zip(self.models, self._blocks, strict=True)
         return self._in_places([model.information_of(regressors[..., out, own]) for model, (out, own) in parts])
 
+    def by_information(self, regressors: Array, gradient: Array) -> Array:
+        """2 H G of the parts, where they share no parameters; other entries, which `pull` never reads, are not set."""
+        if self.shared:
+            return super().by_information(regressors, gradient)
+        rows = np.empty_like(regressors)
+        for model, (outputs, own) in zip(self.models, self._blocks, strict=True):
+            rows[..., outputs, own] = model.by_information(regressors[..., outputs, own], gradient[..., own, own])
+        return rows
+
     def pull(self, stimulus: Stimulus, rows: Array) -> Stimulus:
         """From a gradient with respect to the rows, (..., n, m, p), to the stimulus, summed over parts."""
         total: dict[str, Array] = {}
@@ -235,18 +242,11 @@ class Composite(Model):
     def _side_by_side(
         self, of: Callable[..., tuple[Array, Array]], parameters: Array, readings: Array, known: Stimulus | None
     ) -> tuple[Array, Array]:
-        n, p = readings.shape[-2], len(self.parameters)
         found = [
             of(model, parameters[..., own], readings[..., place], known)
             for model, (_, own), place in zip(self.models, self._blocks, self._readings, strict=True)
         ]
-        stack = np.broadcast_shapes(*(value.shape[:-1] for value, _ in found), *(rows.shape[:-2] for _, rows in found))
-        value, rows = np.empty((*stack, n, self.outputs)), np.zeros((*stack, n, self.outputs, p))
-        for (part, own_rows), model, (outputs, own) in zip(found, self.models, self._blocks, strict=True):
-            m = model.outputs
-            value[..., outputs] = part.reshape((*part.shape[:-1], n, m))
-            rows[..., outputs, own] = own_rows.reshape((*own_rows.shape[:-2], n, m, own_rows.shape[-1]))
-        return value.reshape((*stack, n * self.outputs)), rows.reshape((*stack, n * self.outputs, p))
+        return in_places(found, self._blocks, readings.shape[-2], self.outputs, len(self.parameters))
 
     @cached_property
     def noises(self) -> Noises:
