@@ -31,8 +31,8 @@ def in_blocks(blocks: Blocks, regressors: Array, parameters: tuple[Parameter, ..
 
 
 def by_blocks(blocks: Blocks, regressors: Array, gradient: Array) -> Array:
-    """2 H G in the blocks, for a gradient G (..., p, p) with respect to the information; zero outside of them."""
-    rows = np.zeros_like(regressors)
+    """2 H G in the blocks, for a gradient G (..., p, p) with respect to the information; others are not set."""
+    rows = np.empty_like(regressors)
     for outputs, numbers in blocks:
         own = gradient[..., None, numbers[:, None], numbers]
         rows[..., outputs[:, None], numbers] = 2.0 * (regressors[..., outputs[:, None], numbers] @ own)

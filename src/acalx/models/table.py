@@ -11,7 +11,7 @@ import numpy as np
 
 from acalx.numerics.arrays import Array, empty_as
 from acalx.quantities.stimulus import Stimulus
-from acalx.sensors.polynomial import Factors, multiplied
+from acalx.sensors.polynomial import Components, Factors, components_of, multiplied
 
 __all__ = ["Entry", "Table"]
 
@@ -77,8 +77,9 @@ class Table:
         first = first if stimulus.weights is None else first[..., 0]
         rows = empty_as(first, (*first.shape, self.outputs, self.count))
         rows[...] = 0.0
+        components = self._components(stimulus)
         for product, places in self.products.items():
-            value = multiplied(1.0, product, stimulus)
+            value = multiplied(1.0, product, components)
             if stimulus.weights is not None and product:
                 value = np.asarray(value) @ stimulus.weights
             for output, number, factor in places:
@@ -92,18 +93,19 @@ class Table:
         for name in self.needs:
             slopes[name] = empty_as(first, (*first.shape, self.outputs, self.count, stimulus[name].shape[-1]))
             slopes[name][...] = 0.0
+        components = self._components(stimulus)
         for output, number, factor, product in self.entries:
             for i, (quantity, component) in enumerate(product):  # the product rule
                 others = product[:i] + product[i + 1 :]
-                slopes[quantity][..., output, number, component] += multiplied(factor, others, stimulus)
+                slopes[quantity][..., output, number, component] += multiplied(factor, others, components)
         if stimulus.weights is not None:
             slopes = {name: slope * stimulus.weights[:, None, None, None] for name, slope in slopes.items()}
         return stimulus.made(slopes)
 
     def pull(self, stimulus: Stimulus, rows: Array) -> Stimulus:
         """From a gradient with respect to the mean rows, (..., n, m, p), to the stimulus, as it comes."""
-        weights = stimulus.weights
-        totals = {name: empty_as(stimulus[name], stimulus[name].shape) for name in self.needs}
+        weights, components = stimulus.weights, self._components(stimulus)
+        totals = {name: np.empty_like(stimulus[name]) for name in self.needs}
         for total in totals.values():
             total[...] = 0.0
         for product, places in self.products.items():
@@ -117,8 +119,11 @@ class Table:
                 by_product = by_product[..., None] * weights
             for i, (quantity, component) in enumerate(product):
                 others = product[:i] + product[i + 1 :]
-                totals[quantity][..., component] += by_product * multiplied(1.0, others, stimulus)
+                totals[quantity][..., component] += by_product * multiplied(1.0, others, components)
         return stimulus.made(totals)
+
+    def _components(self, stimulus: Stimulus) -> Components:
+        return components_of(stimulus, self.products)
 
     def _first(self, stimulus: Stimulus) -> Array:
         return np.asarray(stimulus[self.needs[0]][..., 0])

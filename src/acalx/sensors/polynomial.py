@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from types import MappingProxyType
@@ -18,7 +18,20 @@ from acalx.quantities.parameter import Parameter
 from acalx.quantities.stimulus import UNITS_OF, Stimulus
 from acalx.sensors.base import Channel, Factors, Sensor
 
-__all__ = ["Factors", "Part", "Polynomial", "Term", "require_axis", "require_noise"]
+__all__ = [
+    "Components",
+    "Factors",
+    "Part",
+    "Polynomial",
+    "Term",
+    "components_of",
+    "multiplied",
+    "require_axis",
+    "require_noise",
+]
+
+# What is felt by quantity and component, each (..., n).
+Components = Mapping[tuple[str, int], Array]
 
 # One letter for each quantity, so that a product is a word: "fx fz" is the specific force along x times that along z.
 _LETTERS: Mapping[str, str] = MappingProxyType(
@@ -123,11 +136,12 @@ class Polynomial(Sensor):
     def readings(self, parameters: Array, stimulus: Stimulus) -> Array:
         """The products, each times its parameter, summed up in each channel: (..., n, k)."""
         columns: list[Array | float] = [0.0] * len(self.channels)
+        components = self._components(stimulus)
         for channel, factor, product in self.ideal:
-            columns[channel] = columns[channel] + multiplied(factor, product, stimulus)
+            columns[channel] = columns[channel] + multiplied(factor, product, components)
         spread = parameters[..., None]  # (..., p, 1): along the positions
         for channel, number, factor, product in self.table:
-            columns[channel] = columns[channel] + spread[..., number, :] * multiplied(factor, product, stimulus)
+            columns[channel] = columns[channel] + spread[..., number, :] * multiplied(factor, product, components)
         shape = np.broadcast_shapes((*parameters.shape[:-1], 1), _shape(stimulus, self.needs))
         return np.stack([np.broadcast_to(column, shape) for column in columns], axis=-1)
 
@@ -136,8 +150,9 @@ class Polynomial(Sensor):
         first = stimulus[next(iter(self.needs))][..., 0]
         rows = empty_as(first, (*first.shape, len(self.channels), len(self.parameters)))
         rows[...] = 0.0
+        components = self._components(stimulus)
         for channel, number, factor, product in self.table:
-            rows[..., channel, number] += multiplied(factor, product, stimulus)
+            rows[..., channel, number] += multiplied(factor, product, components)
         return rows
 
     def by_stimulus(self, parameters: Array, stimulus: Stimulus) -> dict[str, Array]:
@@ -145,14 +160,18 @@ class Polynomial(Sensor):
         shape = np.broadcast_shapes((*parameters.shape[:-1], 1), _shape(stimulus, self.needs))
         k, spread = len(self.channels), parameters[..., None]
         slopes = {name: np.zeros((*shape, k, stimulus[name].shape[-1])) for name in self.needs}
+        components = self._components(stimulus)
         every: list[tuple[int, Array | float, float, Factors]]
         every = [(channel, 1.0, factor, product) for channel, factor, product in self.ideal]
         every += [(channel, spread[..., number, :], factor, product) for channel, number, factor, product in self.table]
         for channel, size, factor, product in every:
             for i, (quantity, component) in enumerate(product):
                 others = product[:i] + product[i + 1 :]
-                slopes[quantity][..., channel, component] += size * multiplied(factor, others, stimulus)
+                slopes[quantity][..., channel, component] += size * multiplied(factor, others, components)
         return slopes
+
+    def _components(self, stimulus: Stimulus) -> Components:
+        return components_of(stimulus, (term.product for term in self.terms))
 
 
 @final
@@ -211,11 +230,19 @@ class Part(Polynomial):
         return self.whole.correlation(times)
 
 
-def multiplied(factor: float, product: Factors, stimulus: Stimulus) -> Array | float:
+def components_of(stimulus: Stimulus, products: Iterable[Factors]) -> Components:
+    """The components (..., n) that occur in products, each once."""
+    return {pair: stimulus[pair[0]][..., pair[1]] for product in products for pair in product}
+
+
+def multiplied(factor: float, product: Factors, components: Components) -> Array | float:
     """A constant times a product of components, (..., n); the constant alone where there are none."""
-    value: Array | float = factor
-    for quantity, component in product:
-        value = value * stimulus[quantity][..., component]
+    if not product:
+        return factor
+    first, *others = product
+    value = components[first] if factor == 1.0 else factor * components[first]
+    for pair in others:
+        value = value * components[pair]
     return value
 
 

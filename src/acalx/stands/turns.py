@@ -13,7 +13,7 @@ import numpy as np
 
 from acalx.numerics.arrays import Array
 
-__all__ = ["PLANES", "UP", "Part", "Turn", "Vector", "derivatives", "differentiated", "turned", "vectors"]
+__all__ = ["PLANES", "UP", "Part", "Turn", "Vector", "derivatives", "differentiated", "pieces", "turned", "vectors"]
 
 # A component of a vector: a number until a turn makes it depend on angles, None where it is zero.
 Part: TypeAlias = "Array | float | None"
@@ -69,11 +69,19 @@ def _turn(parts: list[Part], u: int, v: int, sin: Array, cos: Array) -> None:
 
 
 def vectors(parts: Sequence[Part], shape: tuple[int, ...]) -> Array:
-    """Components of that shape as an array (*shape, 3), in the memory order of the first of them that is an array."""
-    out = np.empty((*shape, 3), float, _order(parts))
+    """Components of that shape as an array (*shape, 3), each in the memory order of the first that is an array.
+
+    Each is in one piece, so that products of them run through memory from one end to the other.
+    """
+    out = np.empty((*shape, 3), float, "F") if _order(parts) == "F" else pieces(3, shape)
     for k, part in enumerate(parts):
         out[..., k] = 0.0 if part is None else part
     return out
+
+
+def pieces(width: int, shape: tuple[int, ...]) -> Array:
+    """An uninitialized array (*shape, width) each of whose components is in one piece."""
+    return np.moveaxis(np.empty((width, *shape)), 0, -1)
 
 
 def derivatives(by_angle: Sequence[Sequence[Part]], shape: tuple[int, ...]) -> Array:

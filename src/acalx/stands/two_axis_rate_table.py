@@ -17,7 +17,7 @@ from acalx.stands.base import Setting
 from acalx.stands.fields import limits, number, step
 from acalx.stands.motion import MOST_HALF, Samples, samples
 from acalx.stands.rotary import Rotary
-from acalx.stands.turns import UP, Part, Vector, differentiated, turned, vectors
+from acalx.stands.turns import UP, Part, Vector, differentiated, pieces, turned, vectors
 
 __all__ = ["TwoAxisRateTable"]
 
@@ -115,7 +115,7 @@ class TwoAxisRateTable(Rotary):
     def pull(self, settings: Array, gradient: Stimulus) -> Array:
         """From a gradient with respect to the stimulus to the settings, (..., n, 4), without its matrices."""
         at, times, weights = self._along(settings)
-        total = np.zeros(at.shape)
+        total = np.zeros_like(at)
         slopes = self._slopes(at)
         for name, feels in gradient.items():
             for k, parts in enumerate(slopes.get(name, ())):
@@ -167,7 +167,8 @@ class TwoAxisRateTable(Rotary):
         if self.averaging_s == 0.0:
             return settings, np.zeros(1), None
         times = 0.5 * self.averaging_s * self.samples.places
-        at = np.repeat(settings[..., None, :], len(times), axis=-2)
+        at = pieces(4, (*settings.shape[:-1], len(times)))
+        at[...] = settings[..., None, :]
         at[..., :2] += times[:, None] * settings[..., None, 2:]
         return at, times[:, None], self.samples.weights
 
