@@ -114,7 +114,8 @@ def sensitivity(problem: Problem, support: Array, settings: Array) -> tuple[Arra
     """h S h' summed over outputs, and its gradient: settings (k, d) to (k,) and (k, d)."""
     at = problem.response.at(settings[:, None, :])
     matrices = np.broadcast_to(support, (len(settings), *support.shape))
-    values = ((at.regressors @ support) * at.regressors).sum(axis=(-2, -1))[:, 0]
+    rows = at.jacobian.regressors
+    values = ((rows @ support) * rows).sum(axis=(-2, -1))[:, 0]
     return values, at.pull(matrices)[:, 0]
 
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import numpy as np
 
+from acalx.models.jacobian import Jacobian, Whole
 from acalx.models.numerical import numerical_derivative
 from acalx.models.provided import Provider, check_provided
 from acalx.numerics.arrays import Array
@@ -130,9 +131,13 @@ class Model(ABC):
         """What is known of each parameter before anything is measured, 1 / sd^2, (p,); zeros where nothing is."""
         return np.zeros(len(self.parameters))
 
+    def jacobian(self, stimulus: Stimulus) -> Jacobian:
+        """The rows, kept as information and its gradient take them best; by default as one array."""
+        return Whole(self, stimulus, self.regressors(stimulus))
+
     def information(self, stimulus: Stimulus) -> Information:
         """Information of programs, matrices (..., p, p), with that of the prior."""
-        return self.information_of(self.regressors(stimulus))
+        return self.jacobian(stimulus).information
 
     def information_of(self, regressors: Array) -> Information:
         """Information of programs whose rows (..., n, m, p) are there already, with that of the prior."""
@@ -144,10 +149,6 @@ class Model(ABC):
         if not prior.any():
             return information
         return Information(information.matrix + np.diag(prior), self.parameters, information.blocks)
-
-    def by_information(self, regressors: Array, gradient: Array) -> Array:
-        """From a gradient with respect to the information, (..., p, p), to the regressors, (..., n, m, p): 2 H G."""
-        return np.asarray(2.0 * (regressors @ gradient[..., None, :, :]))
 
     def derivative(self, stimulus: Stimulus) -> Stimulus:
         """Derivatives of the regressors with respect to the stimulus, arrays (..., n, m, p, width).

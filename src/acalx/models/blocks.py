@@ -11,7 +11,7 @@ from acalx.numerics.arrays import Array
 from acalx.quantities.information import Information
 from acalx.quantities.parameter import Parameter
 
-__all__ = ["Blocks", "Places", "by_blocks", "in_blocks", "in_places", "runs", "side_by_side", "touched"]
+__all__ = ["Blocks", "Places", "in_blocks", "in_places", "runs", "side_by_side", "touched"]
 
 # Outputs and parameters of each, as indices.
 Blocks = tuple[tuple[np.ndarray, np.ndarray], ...]
@@ -19,24 +19,14 @@ Blocks = tuple[tuple[np.ndarray, np.ndarray], ...]
 Places = slice | np.ndarray
 
 
-def in_blocks(blocks: Blocks, regressors: Array, parameters: tuple[Parameter, ...]) -> Information:
-    """Information of programs whose rows (..., n, m, p) are zero outside of the blocks."""
+def in_blocks(blocks: Blocks, rows: Sequence[Array], parameters: tuple[Parameter, ...]) -> Information:
+    """Information of programs from the rows of each block, (..., n, its outputs, its parameters)."""
     p = len(parameters)
-    matrix = np.zeros((*regressors.shape[:-3], p, p))
-    for outputs, numbers in blocks:
-        rows = regressors[..., outputs[:, None], numbers]
+    matrix = np.zeros((*rows[0].shape[:-3], p, p))
+    for (_, numbers), of_block in zip(blocks, rows, strict=True):
         own = tuple(parameters[number] for number in numbers)
-        matrix[..., numbers[:, None], numbers] = Information.from_regressors(rows, own).matrix
+        matrix[..., numbers[:, None], numbers] = Information.from_regressors(of_block, own).matrix
     return Information(matrix, parameters, tuple(numbers for _, numbers in blocks))
-
-
-def by_blocks(blocks: Blocks, regressors: Array, gradient: Array) -> Array:
-    """2 H G in the blocks, for a gradient G (..., p, p) with respect to the information; others are not set."""
-    rows = np.empty_like(regressors)
-    for outputs, numbers in blocks:
-        own = gradient[..., None, numbers[:, None], numbers]
-        rows[..., outputs[:, None], numbers] = 2.0 * (regressors[..., outputs[:, None], numbers] @ own)
-    return rows
 
 
 def side_by_side(parts: Sequence[Information], places: Sequence[np.ndarray]) -> tuple[np.ndarray, ...]:

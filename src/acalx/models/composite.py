@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import cached_property
 from itertools import starmap
@@ -12,8 +12,9 @@ from typing import Any
 import numpy as np
 
 from acalx.models.base import Model, Noises, noises_of
-from acalx.models.blocks import Places, in_places, runs, side_by_side
+from acalx.models.blocks import Places, in_places, runs
 from acalx.models.comparisons import Comparison
+from acalx.models.jacobian import Jacobian, Together, placed
 from acalx.numerics.arrays import Array, empty_as
 from acalx.quantities.information import Information
 from acalx.quantities.parameter import Parameter
@@ -126,12 +127,7 @@ class Composite(Model):
 
     def regressors(self, stimulus: Stimulus) -> Array:
         """Rows (..., n, m, p), zero where an output does not depend on a parameter."""
-        parts = [model.regressors(stimulus) for model in self.models]
-        rows = empty_as(parts[0], (*parts[0].shape[:-2], self.outputs, len(self.parameters)))
-        rows[...] = 0.0
-        for part, (outputs, own) in zip(parts, self._blocks, strict=True):
-            rows[..., outputs, own] = part
-        return rows
+        return self.jacobian(stimulus).regressors
 
     def derivative(self, stimulus: Stimulus) -> Stimulus:
         """Derivatives of the rows, (..., n, m, p, width)."""
@@ -145,23 +141,16 @@ class Composite(Model):
                 derivatives[name][..., outputs, own, :] = part
         return stimulus.made(derivatives)
 
-    def information(self, stimulus: Stimulus) -> Information:
-        """The information of the parts, each in its place."""
-        return self._in_places([model.information(stimulus) for model in self.models])
+    def jacobian(self, stimulus: Stimulus) -> Jacobian:
+        """Those of the parts, each in its place."""
+        parts = [model.jacobian(stimulus) for model in self.models]
+        return Together(self, stimulus, parts, self._blocks, bool(self.shared))
 
     def information_of(self, regressors: Array) -> Information:
         """Information of programs whose rows (..., n, m, p) are there already."""
         parts = zip(self.models, self._blocks, strict=True)
-        return self._in_places([model.information_of(regressors[..., out, own]) for model, (out, own) in parts])
-
-    def by_information(self, regressors: Array, gradient: Array) -> Array:
-        """2 H G of the parts, where they share no parameters; other entries, which `pull` never reads, are not set."""
-        if self.shared:
-            return super().by_information(regressors, gradient)
-        rows = np.empty_like(regressors)
-        for model, (outputs, own) in zip(self.models, self._blocks, strict=True):
-            rows[..., outputs, own] = model.by_information(regressors[..., outputs, own], gradient[..., own, own])
-        return rows
+        found = [model.information_of(regressors[..., out, own]) for model, (out, own) in parts]
+        return placed(found, [own for _, own in self._blocks], self.parameters, shared=bool(self.shared))
 
     def pull(self, stimulus: Stimulus, rows: Array) -> Stimulus:
         """From a gradient with respect to the rows, (..., n, m, p), to the stimulus, summed over parts."""
@@ -170,17 +159,6 @@ class Composite(Model):
             for name, part in model.pull(stimulus, rows[..., outputs, own]).items():
                 total[name] = total[name] + part if name in total else part
         return stimulus.made(total)
-
-    def _in_places(self, parts: Sequence[Information]) -> Information:
-        p = len(self.parameters)
-        matrix = np.zeros((*parts[0].matrix.shape[:-2], p, p))
-        for part, (_, own) in zip(parts, self._blocks, strict=True):
-            if isinstance(own, slice):
-                matrix[..., own, own] = part.matrix
-            else:
-                matrix[..., own[:, None], own] += part.matrix
-        places = [np.arange(p)[own] for _, own in self._blocks]
-        return Information(matrix, self.parameters, () if self.shared else side_by_side(parts, places))
 
     @cached_property
     def _blocks(self) -> tuple[tuple[slice, Places], ...]:

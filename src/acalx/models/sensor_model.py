@@ -10,10 +10,11 @@ from typing import Any
 import numpy as np
 
 from acalx.models.base import Model, Noises, noises_of
-from acalx.models.blocks import Blocks, by_blocks, in_blocks, touched
+from acalx.models.blocks import Blocks, in_blocks, touched
 from acalx.models.checks import check_compared
 from acalx.models.comparisons import Comparison
 from acalx.models.corrected import corrected_of, felt_of
+from acalx.models.jacobian import InBlocks, Jacobian
 from acalx.models.numerical import coupled_pull
 from acalx.models.prior import prior_information
 from acalx.models.standins import averaged
@@ -135,17 +136,18 @@ class SensorModel(Model):
             return super().pull(stimulus, rows)
         return coupled_pull(self.regressors, stimulus, self.sensor.needs, rows)
 
+    def jacobian(self, stimulus: Stimulus) -> Jacobian:
+        """In blocks where outputs share no parameters, nor their noise with other positions."""
+        if self._table is None or len(self._blocks) == 1 or self.coupled:
+            return super().jacobian(stimulus)
+        return InBlocks(self, stimulus, self._table, self.in_units(stimulus), self.needs)
+
     def information_of(self, regressors: Array) -> Information:
         """Information of programs whose rows are there already: block by block where outputs share no parameters."""
         if len(self._blocks) == 1:
             return super().information_of(regressors)
-        return self.with_prior(in_blocks(self._blocks, regressors, self.parameters))
-
-    def by_information(self, regressors: Array, gradient: Array) -> Array:
-        """2 H G, of entries that are not zero in every position: those of the blocks."""
-        if len(self._blocks) == 1:
-            return super().by_information(regressors, gradient)
-        return by_blocks(self._blocks, regressors, gradient)
+        rows = [regressors[..., outputs[:, None], numbers] for outputs, numbers in self._blocks]
+        return self.with_prior(in_blocks(self._blocks, rows, self.parameters))
 
     @cached_property
     def prior_information(self) -> Array:
@@ -197,8 +199,7 @@ class SensorModel(Model):
             *stack, n, m, p = of_known.shape
             rows = of_known.reshape((*stack, n * m, p))
         off = parameters - self.nominal
-        explained = off @ rows.T if rows.ndim == 2 else np.einsum("...np,...p->...n", rows, off)
-        return residual - explained, rows
+        return residual - (off @ rows.T if rows.ndim == 2 else np.einsum("...np,...p->...n", rows, off)), rows
 
     def start(self, readings: Array, known: Stimulus | None) -> Array:
         """The parameters of a sensor without errors, or where only a length is known those of a sphere's fit."""
@@ -284,9 +285,8 @@ class SensorModel(Model):
 
     @cached_property
     def _blocks(self) -> Blocks:
-        if self._table is None:
-            return ((np.arange(self.outputs), np.arange(len(self.parameters))),)
-        return self._table.blocks
+        whole = ((np.arange(self.outputs), np.arange(len(self.parameters))),)
+        return whole if self._table is None else self._table.blocks
 
     def in_units(self, stimulus: Stimulus) -> Stimulus:
         """The stimulus in the units that the sensor takes."""

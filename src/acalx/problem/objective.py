@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Protocol
 
 import numpy as np
@@ -11,6 +10,7 @@ import numpy as np
 from acalx.criteria import Criterion
 from acalx.criteria.answers import gradient_of, loss_of
 from acalx.models import Model
+from acalx.models.jacobian import Jacobian
 from acalx.numerics.arrays import Array
 from acalx.quantities.information import Information
 from acalx.quantities.stimulus import Stimulus
@@ -67,7 +67,7 @@ class Response:
     def at(self, settings: Array) -> Linearization:
         """Programs (..., n, d), kept with what the chain rule needs."""
         stimulus = self.stimulus(settings)
-        return Linearization(self, settings, stimulus, self.model.regressors(stimulus))
+        return Linearization(self, settings, self.model.jacobian(stimulus))
 
     def chunk(self, n: int) -> int:
         """How many programs of n positions are worked on at a time."""
@@ -76,26 +76,24 @@ class Response:
 
 @dataclass(frozen=True, eq=False)
 class Linearization:
-    """Programs with their regressors, ready to pull a gradient back to the settings."""
+    """Programs with their Jacobian, ready to pull a gradient back to the settings."""
 
     response: Response
     settings: Array
-    stimulus: Stimulus
-    regressors: Array
+    jacobian: Jacobian
 
-    @cached_property
+    @property
     def information(self) -> Information:
         """Of the programs, matrices (..., p, p)."""
-        return self.response.model.information_of(self.regressors)
+        return self.jacobian.information
 
     def pull(self, gradient: Array) -> Array:
         """From a gradient G with respect to the matrix, (..., p, p), to the settings, (..., n, d).
 
         2 H G to the regressors, the model's derivative to the stimulus, the stand's to the settings.
         """
-        rows = self.response.model.by_information(self.regressors, gradient)
-        pulled = self.response.model.pull(self.stimulus, rows)
-        return self.response.place.pull(self.settings, self.stimulus.untimed(pulled))
+        pulled = self.jacobian.stimulus.untimed(self.jacobian.pull(gradient))
+        return self.response.place.pull(self.settings, pulled)
 
 
 @dataclass(frozen=True)

@@ -53,7 +53,7 @@ class IMU(Polynomial):
     """
 
     usual: ClassVar[Mapping[str, Any]] = suits(
-        stand="two_axis_rate_table", optimizer="gradient", n=24, **{"optimizer.starts": 40}
+        stand="two_axis_rate_table", optimizer="gradient", n=24, **{"optimizer.starts": 24}
     )
     arms: Sequence[str] = ("xx", "xy", "yx", "yy", "zx", "zy", "zz")
     accel_noise_g: float = 1e-4
