@@ -112,7 +112,7 @@ class Estimator(ABC):
         of_residuals = np.tile(noises.of_outputs, n)
         sizes = np.ones((*readings.shape[:-2], len(noises.parameters)))
         least = _rounding(model, readings, known)[..., None]
-        weighs = noises.shared or bool(model.prior_information.any())
+        weighs = noises.shared or model.informed
         rounds = _SCALE_STEPS if self.loss.robust else _MOST_ROUNDS if weighs else 1
         settled = np.full(readings.shape[:-2], self.loss.robust or not weighs)
         for _ in range(rounds):
@@ -196,7 +196,7 @@ def _descend(
         losses.insert(0, first)
     x, iterations = start, 0
     prior = model.prior_information
-    informed = bool(prior.any())
+    informed = model.informed
     converged = np.zeros(len(x), dtype=bool)
     floor = rounding**2 if noise is None else (rounding / noise.min(axis=-1)) ** 2
     for loss in losses:

@@ -65,9 +65,9 @@ class Estimate:
         if self.sizes.size:
             return np.asarray(self._left_of_noises().min(axis=-1))
         count, p = self.residual.shape[-1], self.parameters.shape[-1]
-        prior = self.model.prior_information
-        if not prior.any():
+        if not self.model.informed:
             return np.asarray(float(count - p))
+        prior = self.model.prior_information
         matrix = information_of(self._over_noise, self.model).matrix
         left = float(count - p + np.count_nonzero(prior))
         # what a prior says counts in units of the residuals
@@ -96,7 +96,7 @@ class Estimate:
         noises = self.model.noises
         n = self.residual.shape[-1] // len(noises.of_outputs)
         counts = n * np.bincount(noises.of_outputs)
-        if not self.model.prior_information.any():
+        if not self.model.informed:
             return np.asarray(counts - noises.parameters)
         rows = self._over_noise
         leverage = np.einsum("...np,...pq,...nq->...n", rows, self.information.covariance, rows)
@@ -122,9 +122,9 @@ class Estimate:
     def information(self) -> Information:
         """H'H, each row over the standard deviation of its residual where that is known, with what a prior says."""
         found = information_of(self._over_noise, self.model)
-        prior = self.model.prior_information
-        if not prior.any():
+        if not self.model.informed:
             return found
+        prior = self.model.prior_information
         size = np.ones(self.parameters.shape[:-1]) if self.noise is not None else positive(self.scale)
         matrix = found.matrix + (size**2)[..., None, None] * np.diag(prior)
         return Information(matrix, self.model.parameters)

@@ -208,7 +208,7 @@ def noise_of(readings: Readings, noise: float | str | None, model: Model, start:
 def _check_told(readings: Readings, model: Model) -> None:
     """Refuse to estimate the noise beside a prior from no more residuals than parameters: these then fit exactly."""
     count, p = readings.n * model.outputs, len(model.parameters)
-    if model.prior_information.any() and count <= p:
+    if model.informed and count <= p:
         raise DataError(
             "{name}: {count} residuals of {n} positions do not tell the noise beside a prior of {p} parameters: give "
             "{noise}, a multiple of that of the model",

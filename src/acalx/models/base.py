@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Mapping
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import numpy as np
@@ -131,6 +132,11 @@ class Model(ABC):
         """What is known of each parameter before anything is measured, 1 / sd^2, (p,); zeros where nothing is."""
         return np.zeros(len(self.parameters))
 
+    @cached_property
+    def informed(self) -> bool:
+        """Whether anything is known before."""
+        return bool(self.prior_information.any())
+
     def jacobian(self, stimulus: Stimulus) -> Jacobian:
         """The rows, kept as information and its gradient take them best; by default as one array."""
         return Whole(self, stimulus, self.regressors(stimulus))
@@ -145,10 +151,9 @@ class Model(ABC):
 
     def with_prior(self, information: Information) -> Information:
         """The same with what is known before, where something is."""
-        prior = self.prior_information
-        if not prior.any():
+        if not self.informed:
             return information
-        return Information(information.matrix + np.diag(prior), self.parameters, information.blocks)
+        return Information(information.matrix + np.diag(self.prior_information), self.parameters, information.blocks)
 
     def derivative(self, stimulus: Stimulus) -> Stimulus:
         """Derivatives of the regressors with respect to the stimulus, arrays (..., n, m, p, width).

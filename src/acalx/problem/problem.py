@@ -190,7 +190,7 @@ class Problem:
     @property
     def based(self) -> bool:
         """Whether there is information before any position is chosen: of fixed ones, or of a prior."""
-        return self.held > 0 or bool(self.model.prior_information.any())
+        return self.held > 0 or self.model.informed
 
 
 def _checked(fixed: object, d: int) -> Array:

@@ -138,7 +138,7 @@ class RegularSequences:
 def per_measurement(problem: Problem, settings: Array, numbers: np.ndarray) -> Array:
     """Losses (s, k) of the information per measurement of the first N positions; inf where not allowed."""
     single, prior = problem.information(settings[:, :, None, :]).matrix, np.diag(problem.model.prior_information)
-    if problem.model.prior_information.any():  # once for all positions, not for each
+    if problem.model.informed:  # once for all positions, not for each
         single = single - prior
     sums = (single.cumsum(axis=1)[:, numbers - 1] + prior) / numbers[:, None, None]
     losses = loss_of(problem.objective.criterion, Information(sums, problem.parameters))

@@ -71,7 +71,7 @@ def run_campaign(
         chunk = _CHUNK_BYTES // (8 * n * campaign.channels)
     chunk = BLOCK * max(1, chunk // BLOCK)
     noise = campaign.sources.noise
-    told = np.full(n * model.outputs, noise) if model.prior_information.any() else None
+    told = np.full(n * model.outputs, noise) if model.informed else None
     moments = Moments(len(model.parameters))
     for begin in range(0, trials, chunk):
         part = campaign.trials(begin, min(begin + chunk, trials))
@@ -103,9 +103,9 @@ def _regular_information(campaign: Campaign, name: str) -> Information:
 
 def _with_noise(information: Information, campaign: Campaign) -> Information:
     """The same where the noise is a multiple of the model's: in units of it what a prior says counts for more."""
-    prior, noise = campaign.model.prior_information, campaign.sources.noise
-    if not prior.any():
+    if not campaign.model.informed:
         return information
+    prior, noise = campaign.model.prior_information, campaign.sources.noise
     return Information(information.matrix + (noise**2 - 1.0) * np.diag(prior), information.parameters)
 
 

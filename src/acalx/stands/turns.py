@@ -68,19 +68,19 @@ def _turn(parts: list[Part], u: int, v: int, sin: Array, cos: Array) -> None:
             parts[u], parts[v] = second * sin, second * cos
 
 
-def vectors(parts: Sequence[Part], shape: tuple[int, ...]) -> Array:
-    """Components of that shape as an array (*shape, 3), each in the memory order of the first that is an array.
-
-    Each is in one piece, so that products of them run through memory from one end to the other.
-    """
-    out = np.empty((*shape, 3), float, "F") if _order(parts) == "F" else pieces(3, shape)
+def vectors(parts: Sequence[Part], shape: tuple[int, ...], out: Array | None = None) -> Array:
+    """Components of that shape as an array (*shape, 3), in `out`, or in the order of the first that is an array."""
+    out = np.empty((*shape, 3), float, _order(parts)) if out is None else out
     for k, part in enumerate(parts):
         out[..., k] = 0.0 if part is None else part
     return out
 
 
 def pieces(width: int, shape: tuple[int, ...]) -> Array:
-    """An uninitialized array (*shape, width) each of whose components is in one piece."""
+    """An uninitialized array (*shape, width) each of whose components is in one piece.
+
+    Products of components of large arrays then run through memory from one end to the other.
+    """
     return np.moveaxis(np.empty((width, *shape)), 0, -1)
 
 

@@ -97,7 +97,8 @@ class TwoAxisRateTable(Rotary):
         turns, shape = self.turns_at(at), at.shape[:-1]
         sin, cos = turns[1][2:]
         outer, inner, zero = at[..., 2], at[..., 3], np.zeros(shape)
-        felt = {name: vectors(turned(around, turns), shape) for name, around in self.surroundings.items()}
+        around = self.surroundings.items()
+        felt = {name: vectors(turned(vector, turns), shape, pieces(3, shape)) for name, vector in around}
         felt["angular_rate"] += np.stack([outer * cos, -outer * sin, inner], axis=-1) / EARTH_RATE
         felt["angular_acceleration"] = (outer * inner)[..., None] * np.stack([-sin, -cos, zero], axis=-1)
         return Stimulus(felt, weights=weights)

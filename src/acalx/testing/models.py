@@ -155,7 +155,7 @@ def check_model(model: Model, stand: Stand, *, seed: int = 0) -> None:
     require(p > 0 and m > 0, model, "there are parameters and outputs")
     require(len(set(names)) == p, model, f"each parameter has its own name, got {names}")
     require(bool(tuple(model.needs)), model, f"needs names quantities, as {sorted(UNITS_OF)}")
-    informed = bool(model.prior_information.any())
+    informed = model.informed
     require(informed or model.smallest_n * m >= p, model, "smallest_n gives as many readings as parameters")
     for stack in STACKS:
         angles = stand.axes.random(np.random.default_rng(seed), (*stack, N))
