@@ -46,8 +46,8 @@ class Unit(Polynomial):
         return tuple(term for k, axes in enumerate(("xyz", "yzx", "zxy")) for term in self.of_axis(k, *axes))
 
     def of_axis(self, k, own, j, m):
-        def of(sensor, name, unit, *products):
-            parameter = Parameter(f"{sensor}_{own}_{name}", f"{sensor}_{name.rstrip('xyz').rstrip('_')}", unit)
+        def of(sensor, group, unit, *products, axis=""):
+            parameter = Parameter(f"{sensor}_{group}_{own}{axis}", f"{sensor}_{group}", unit)
             channel = k if sensor == "accel" else k + 3
             return [Term(parameter, word, factor, channel) for word, factor in products]
 
@@ -56,13 +56,13 @@ class Unit(Polynomial):
             yield from of(sensor, "bias", unit, ("", 1.0))
             yield from of(sensor, "scale", "1", (letter + own, factor))
             for other in (j, m):
-                yield from of(sensor, f"misalignment_{other}", "rad", (letter + other, factor))
+                yield from of(sensor, "misalignment", "rad", (letter + other, factor), axis=other)
         for axis in "xyz":
-            yield from of("gyro", f"g_sensitivity_{axis}", "deg/s/g", (f"f{axis}", 1.0))
+            yield from of("gyro", "g_sensitivity", "deg/s/g", (f"f{axis}", 1.0), axis=axis)
         yield from of("accel", "quadratic", "1/g", (f"f{own} f{own}", 1.0))
-        yield from of("accel", f"arm_{own}", "m", (f"w{j} w{j}", -TURNING), (f"w{m} w{m}", -TURNING))
-        yield from of("accel", f"arm_{j}", "m", (f"w{own} w{j}", TURNING), (f"a{m}", -1.0 / G))
-        yield from of("accel", f"arm_{m}", "m", (f"w{own} w{m}", TURNING), (f"a{j}", 1.0 / G))
+        yield from of("accel", "arm", "m", (f"w{j} w{j}", -TURNING), (f"w{m} w{m}", -TURNING), axis=own)
+        yield from of("accel", "arm", "m", (f"w{own} w{j}", TURNING), (f"a{m}", -1.0 / G), axis=j)
+        yield from of("accel", "arm", "m", (f"w{own} w{m}", TURNING), (f"a{j}", 1.0 / G), axis=m)
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,7 +136,7 @@ def test_their_numerical_gradient_is_the_exact_one_of_the_shipped(lab: dict[str,
 @pytest.mark.parametrize(
     ("files", "most"),
     [
-        (("sensors/imu.py",), 60),
+        (("sensors/imu.py", "stands/two_axis_rate_table.py"), 60),
         (("sensors/accel_temperature.py", "stands/chamber.py"), 40),
     ],
 )

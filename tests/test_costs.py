@@ -39,8 +39,8 @@ EXAMPLE = re.search(r"```python cubic.py\n(.*?)^```$", PAGE, re.DOTALL | re.MULT
 
 # Files with the code lines that each may have, and what they are called.
 SHIPPED = {
-    "sensors/imu.py": (60, "IMU"),
-    "stands/two_axis_rate_table.py": (88, "TwoAxisRateTable"),
+    "sensors/imu.py": (43, "IMU"),
+    "stands/two_axis_rate_table.py": (17, "TwoAxisRateTable"),
     "sensors/accel_temperature.py": (21, "AccelTemperature"),
     "stands/chamber.py": (19, "Chamber"),
 }

@@ -176,15 +176,15 @@ def imu_reading(channel: int, errors: dict[str, Any], force: Any, rate: Any, cha
         return errors.get(name, 0)
 
     if channel < 3:
-        arm = vector(*(error(f"accel_{own}_arm_{axis}") for axis in "xyz"))
+        arm = vector(*(error(f"accel_arm_{own}{axis}") for axis in "xyz"))
         moved = (cross(rate, cross(rate, arm)) + cross(change, arm))[i] / mpmath.mpf(G)
-        skew = sum(error(f"accel_{own}_misalignment_{'xyz'[j]}") * force[j] for j in others)
-        square = error(f"accel_{own}_quadratic") * force[i] ** 2
-        return error(f"accel_{own}_bias") + (1 + error(f"accel_{own}_scale")) * force[i] + skew + square + moved
+        skew = sum(error(f"accel_misalignment_{own}{'xyz'[j]}") * force[j] for j in others)
+        square = error(f"accel_quadratic_{own}") * force[i] ** 2
+        return error(f"accel_bias_{own}") + (1 + error(f"accel_scale_{own}")) * force[i] + skew + square + moved
     in_degrees = rate * 180 / mpmath.pi
-    skew = sum(error(f"gyro_{own}_misalignment_{'xyz'[j]}") * in_degrees[j] for j in others)
-    by_force = sum(error(f"gyro_{own}_g_sensitivity_{'xyz'[j]}") * force[j] for j in range(3))
-    return error(f"gyro_{own}_bias") + (1 + error(f"gyro_{own}_scale")) * in_degrees[i] + skew + by_force
+    skew = sum(error(f"gyro_misalignment_{own}{'xyz'[j]}") * in_degrees[j] for j in others)
+    by_force = sum(error(f"gyro_g_sensitivity_{own}{'xyz'[j]}") * force[j] for j in range(3))
+    return error(f"gyro_bias_{own}") + (1 + error(f"gyro_scale_{own}")) * in_degrees[i] + skew + by_force
 
 
 def as_numbers(matrix: Any) -> Array:
@@ -321,7 +321,7 @@ def test_readings_along_a_turn_are_means_of_readings_and_not_of_what_is_felt() -
     sensor = IMU()
     names = [parameter.name for parameter in sensor.parameters]
     truth = np.zeros(len(names))
-    truth[names.index("accel_z_quadratic")] = 1.0
+    truth[names.index("accel_quadratic_z")] = 1.0
     rate = np.radians(90.0)
     settings = np.array([[0.3, 0.0, rate, 0.0]])
     reading = as_model(sensor).readings(truth, table.stimulus(settings))[0, 2]

@@ -110,6 +110,7 @@ from .stands import RateTable as RateTable
 from .stands import Rotary as Rotary
 from .stands import Setting as Setting
 from .stands import Stand as Stand
+from .stands import Turning as Turning
 from .stands import Turntable as Turntable
 from .stands import TwoAxis as TwoAxis
 from .stands import TwoAxisRateTable as TwoAxisRateTable

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, ClassVar, final
 
 from acalx.options import require_count
 from acalx.sensors.base import Channel, suits
 from acalx.sensors.polynomial import Polynomial, Term, require_noise
-from acalx.sensors.triads import GROUPS, axis_terms, triangular_terms
+from acalx.sensors.triads import GROUPS, axis_terms, part_terms, triangular_terms
 
 __all__ = ["AccelArray"]
 
@@ -64,18 +64,9 @@ class AccelArray(Polynomial):
     @cached_property
     def terms(self) -> tuple[Term, ...]:
         """Of one triad after the other."""
-        first = [_of(0, term) for term in triangular_terms("f", "g", GROUPS)]
-        others = (
-            _of(triad, term)
-            for triad in range(1, self.triads)
-            for k, axis in enumerate("xyz")
-            for term in axis_terms("f", "g", axis, k)
+        first = triangular_terms("f", "g", GROUPS)
+        other = [term for k, axis in enumerate("xyz") for term in axis_terms("f", "g", axis, k)]
+        each = (first, *[other] * (self.triads - 1))
+        return tuple(
+            term for k, own in enumerate(each) for term in part_terms(own, f"triad_{k + 1}_", 3 * k, grouped=False)
         )
-        return (*first, *others)
-
-
-def _of(triad: int, term: Term) -> Term:
-    """A term of one of the triads, with the names and channels that it has here."""
-    own = term.parameter
-    named = own and replace(own, name=f"triad_{triad + 1}_{own.name}")
-    return replace(term, parameter=named, channel=term.channel + 3 * triad)

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, ClassVar, final
 
 from acalx.quantities.parameter import Parameter
 from acalx.sensors.base import Channel, suits
 from acalx.sensors.polynomial import Polynomial, Term, require_noise
-from acalx.sensors.triads import GROUPS, triangular_terms
+from acalx.sensors.triads import GROUPS, part_terms, triangular_terms
 
 __all__ = ["AccelMagnetometer"]
 
@@ -67,16 +67,9 @@ class AccelMagnetometer(Polynomial):
     @cached_property
     def terms(self) -> tuple[Term, ...]:
         """Those of each triad, then the rotation of the magnetometers about x, y and z."""
-        accels = (_of("accel", term, 0) for term in triangular_terms("f", "g", GROUPS))
-        magnetometers = (_of("magnetometer", term, 3) for term in triangular_terms("b", "field", GROUPS))
+        accels = part_terms(triangular_terms("f", "g", GROUPS), "accel_", 0)
+        magnetometers = part_terms(triangular_terms("b", "field", GROUPS), "magnetometer_", 3)
         return (*accels, *magnetometers, *(term for axis in range(3) for term in _turned(axis)))
-
-
-def _of(sensor: str, term: Term, first: int) -> Term:
-    """A term of one of the triads, with the names and channels that it has here."""
-    own = term.parameter
-    named = own and replace(own, name=f"{sensor}_{own.name}", group=f"{sensor}_{own.group}")
-    return replace(term, parameter=named, channel=term.channel + first)
 
 
 def _turned(axis: int) -> list[Term]:

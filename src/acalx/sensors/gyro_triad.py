@@ -9,11 +9,10 @@ from functools import cached_property
 from typing import Any, ClassVar, final
 
 from acalx.options import keep, require_switch
-from acalx.quantities.parameter import Parameter
 from acalx.quantities.stimulus import EARTH_RATE
 from acalx.sensors.base import Channel, suits
 from acalx.sensors.polynomial import Polynomial, Term, three_of
-from acalx.sensors.triads import GROUPS, axis_terms, require_triad, triangular_terms
+from acalx.sensors.triads import GROUPS, axis_terms, g_sensitivity_terms, require_triad, triangular_terms
 
 __all__ = ["GyroTriad"]
 
@@ -92,12 +91,4 @@ class GyroTriad(Polynomial):
     def _by_force(self, axis: str, channel: int) -> list[Term]:
         if not self.g_sensitivity:
             return []
-        return [
-            Term(
-                Parameter(f"g_sensitivity_{axis}{other}", "g_sensitivity", "deg/s/g", scatter=0.05),
-                f"f{other}",
-                1.0,
-                channel,
-            )
-            for other in "xyz"
-        ]
+        return g_sensitivity_terms(axis, channel)

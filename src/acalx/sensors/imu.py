@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, ClassVar, final
@@ -14,6 +14,7 @@ from acalx.quantities.parameter import Parameter
 from acalx.quantities.stimulus import EARTH_RATE
 from acalx.sensors.base import Channel, suits
 from acalx.sensors.polynomial import Polynomial, Term, require_noise
+from acalx.sensors.triads import axis_terms, g_sensitivity_terms, part_terms
 
 __all__ = ["IMU"]
 
@@ -91,46 +92,20 @@ class IMU(Polynomial):
     @cached_property
     def terms(self) -> tuple[Term, ...]:
         """Of each accelerometer and then of each gyro."""
-        accels = (term for k, own in enumerate("xyz") for term in _accel(own, k, self.arms))
-        return (*accels, *(term for k, own in enumerate("xyz") for term in _gyro(own, k + 3)))
+        axes = list(enumerate("xyz"))
+        accels = (t for k, axis in axes for t in (*axis_terms("f", "g", axis, k, 2), *self._of_arm(axis, k)))
+        gyros = (t for k, a in axes for t in (*axis_terms("w", "deg/s", a, k, 1, _RATE), *g_sensitivity_terms(a, k)))
+        return (*part_terms(accels, "accel_", 0), *part_terms(gyros, "gyro_", 3))
 
-
-def _accel(own: str, channel: int, arms: Sequence[str]) -> list[Term]:
-    """Bias, scale, misalignments, the square, and the lever arm along the own axis i and the next two, j and k."""
-    j, k = tuple("xyzxy"[channel + 1 : channel + 3])
-
-    def named(name: str, group: str, unit: str, scatter: float) -> Parameter:
-        return Parameter(f"accel_{own}_{name}", f"accel_{group}", unit, scatter=scatter)
-
-    def of_arm(axis: str, product: str, factor: float) -> list[Term]:
-        arm = named(f"arm_{axis}", "arm", "m", 0.01)
-        return [Term(arm, product, factor, channel)] if own + axis in arms else []
-
-    return [
-        Term(None, f"f{own}", 1.0, channel),
-        Term(named("bias", "bias", "g", 0.01), "", 1.0, channel),
-        Term(named("scale", "scale", "1", 0.01), f"f{own}", 1.0, channel),
-        *(Term(named(f"misalignment_{a}", "misalignment", "rad", 0.01), f"f{a}", 1.0, channel) for a in (j, k)),
-        Term(named("quadratic", "quadratic", "1/g", 1e-3), f"f{own} f{own}", 1.0, channel),
-        *(term for axis in (j, k) for term in of_arm(own, f"w{axis} w{axis}", -_TURNING)),
-        *(term for axis in (j, k) for term in of_arm(axis, f"w{own} w{axis}", _TURNING)),
-        *of_arm(j, f"a{k}", -1.0 / _G),
-        *of_arm(k, f"a{j}", 1.0 / _G),
-    ]
-
-
-def _gyro(own: str, channel: int) -> list[Term]:
-    """Bias, scale, misalignments, and what the specific force does to it."""
-
-    def named(name: str, group: str, unit: str, scatter: float) -> Parameter:
-        return Parameter(f"gyro_{own}_{name}", f"gyro_{group}", unit, scatter=scatter)
-
-    others = [axis for axis in "xyz" if axis != own]
-    g_sensitivity = (named(f"g_sensitivity_{axis}", "g_sensitivity", "deg/s/g", 0.05) for axis in "xyz")
-    return [
-        Term(None, f"w{own}", _RATE, channel),
-        Term(named("bias", "bias", "deg/s", 0.5), "", 1.0, channel),
-        Term(named("scale", "scale", "1", 0.01), f"w{own}", _RATE, channel),
-        *(Term(named(f"misalignment_{a}", "misalignment", "rad", 0.01), f"w{a}", _RATE, channel) for a in others),
-        *(Term(one, f"f{axis}", 1.0, channel) for axis, one in zip("xyz", g_sensitivity, strict=True)),
-    ]
+    def _of_arm(self, own: str, channel: int) -> Iterator[Term]:
+        """What the lever arm along the own axis i, and the next two, j and k, adds to an accelerometer."""
+        j, k = tuple("xyzxy"[channel + 1 : channel + 3])
+        products = {
+            own: ((f"w{j} w{j}", -_TURNING), (f"w{k} w{k}", -_TURNING)),
+            j: ((f"w{own} w{j}", _TURNING), (f"a{k}", -1.0 / _G)),
+            k: ((f"w{own} w{k}", _TURNING), (f"a{j}", 1.0 / _G)),
+        }
+        for axis in "xyz":
+            if own + axis in self.arms:
+                arm = Parameter(f"arm_{own}{axis}", "arm", "m", scatter=0.01)
+                yield from (Term(arm, product, factor, channel) for product, factor in products[axis])

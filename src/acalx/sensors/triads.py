@@ -2,13 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
 
 from acalx.errors import ArgumentError
 from acalx.quantities.parameter import Parameter
 from acalx.sensors.polynomial import Term
 
-__all__ = ["ORDERS", "SHAPES", "axis_terms", "require_triad", "triangular_terms"]
+__all__ = [
+    "GROUPS",
+    "ORDERS",
+    "SHAPES",
+    "axis_terms",
+    "g_sensitivity_terms",
+    "part_terms",
+    "require_triad",
+    "triangular_terms",
+]
 
 # The matrix between what is felt and what is read: with the attitude unknown only its size and its angles can be
 # told, so three of the six misalignments are taken for zero.
@@ -19,7 +29,14 @@ _POWERS = {2: ("quadratic", "/{unit}"), 3: ("cubic", "/{unit}^2")}
 PAIRS = ("xy", "xz", "zy")
 GROUPS = ("bias", "scale", "nonorthogonality")
 # How much inexpensive triads differ, in their units; of a bias in any unit but these 1 %.
-_SCATTER = {"scale": 0.01, "nonorthogonality": 0.01, "misalignment": 0.01, "quadratic": 1e-3, "cubic": 1e-3}
+_SCATTER = {
+    "scale": 0.01,
+    "nonorthogonality": 0.01,
+    "misalignment": 0.01,
+    "quadratic": 1e-3,
+    "cubic": 1e-3,
+    "g_sensitivity": 0.05,
+}
 _BIAS = {"g": 0.02, "field": 0.05, "deg/s": 0.5}
 
 
@@ -69,6 +86,34 @@ def axis_terms(letter: str, unit: str, axis: str, channel: int, order: int = 1, 
         ),
         *_powers(letter, unit, axis, channel, order, factor),
     ]
+
+
+def g_sensitivity_terms(axis: str, channel: int) -> list[Term]:
+    """What the specific force does to a gyro."""
+    return [
+        Term(_parameter(f"g_sensitivity_{axis}{other}", "g_sensitivity", "deg/s/g"), f"f{other}", 1.0, channel)
+        for other in "xyz"
+    ]
+
+
+def part_terms(terms: Iterable[Term], prefix: str, first: int, *, grouped: bool = True) -> list[Term]:
+    """Terms of a part of a sensor, from those that it has alone.
+
+    Parameters
+    ----------
+    terms : iterable of Term
+    prefix : str
+        Before the names of the parameters here.
+    first : int
+        The number of its first channel here.
+    grouped : bool
+        Whether the groups have the prefix too.
+    """
+
+    def here(own: Parameter) -> Parameter:
+        return replace(own, name=prefix + own.name, group=prefix * grouped + own.group)
+
+    return [replace(t, parameter=t.parameter and here(t.parameter), channel=t.channel + first) for t in terms]
 
 
 def _powers(letter: str, unit: str, axis: str, channel: int, order: int, factor: float) -> list[Term]:

@@ -6,6 +6,7 @@ from .grid import grid_over as grid_over
 from .platform_gimbals import PlatformGimbals as PlatformGimbals
 from .rate_table import RateTable as RateTable
 from .rotary import Rotary as Rotary
+from .turning import Turning as Turning
 from .turntable import Turntable as Turntable
 from .two_axis import TwoAxis as TwoAxis
 from .two_axis_rate_table import TwoAxisRateTable as TwoAxisRateTable

@@ -13,7 +13,21 @@ import numpy as np
 
 from acalx.numerics.arrays import Array
 
-__all__ = ["PLANES", "UP", "Part", "Turn", "Vector", "derivatives", "differentiated", "pieces", "turned", "vectors"]
+__all__ = [
+    "AXES",
+    "PLANES",
+    "UP",
+    "Part",
+    "Turn",
+    "Vector",
+    "added",
+    "derivatives",
+    "differentiated",
+    "pieces",
+    "slope",
+    "turned",
+    "vectors",
+]
 
 # A component of a vector: a number until a turn makes it depend on angles, None where it is zero.
 Part: TypeAlias = "Array | float | None"
@@ -24,6 +38,17 @@ Turn: TypeAlias = tuple[int, int, Array, Array]
 
 UP: Vector = (None, None, 1.0)
 
+# Axes that turns are about.
+AXES: Mapping[str, Vector] = MappingProxyType(
+    {
+        "x": (1.0, None, None),
+        "y": (None, 1.0, None),
+        "z": UP,
+        "-x": (-1.0, None, None),
+        "-y": (None, -1.0, None),
+        "-z": (None, None, -1.0),
+    }
+)
 # A turn by an angle about an axis takes the components u and v to c u + s v and c v - s u: which they are.
 PLANES: Mapping[str, tuple[int, int]] = MappingProxyType(
     {"x": (1, 2), "y": (2, 0), "z": (0, 1), "-x": (2, 1), "-y": (0, 2), "-z": (1, 0)}
@@ -51,6 +76,27 @@ def differentiated(vector: Sequence[Part], turns: Iterable[Turn]) -> tuple[list[
         own[u], own[v] = parts[v], None if first is None else -first
         by_angle.append(own)
     return parts, by_angle
+
+
+def slope(vector: Sequence[Part], turns: Sequence[Turn], angles: Sequence[int]) -> list[Part]:
+    """The derivative of a turned vector by the angles of the turns of these numbers, each once or twice."""
+    parts = list(vector)
+    for k, (u, v, sin, cos) in enumerate(turns):
+        order = angles.count(k)
+        if order:
+            parts[3 - u - v] = None
+            sin, cos = (cos, -sin) if order == 1 else (-sin, -cos)
+        _turn(parts, u, v, sin, cos)
+    return parts
+
+
+def added(parts: Sequence[Part], more: Sequence[Part], factor: Array | float) -> list[Part]:
+    """The components of a vector, and so many times those of another."""
+    return [_sum(one, None if other is None else factor * other) for one, other in zip(parts, more, strict=True)]
+
+
+def _sum(one: Part, other: Part) -> Part:
+    return other if one is None else one if other is None else one + other
 
 
 def _turn(parts: list[Part], u: int, v: int, sin: Array, cos: Array) -> None:
