@@ -49,12 +49,11 @@ def show(designed: Designed) -> None:
 
 def draw(designed: Designed, directory: Path) -> None:
     """Draw all the figures of the design into a directory, as SVG and PNG."""
-    from acalx.reporting.figures import draw_convergence, draw_entries, draw_landscape, draw_positions
+    from acalx.reporting.figures import draw_convergence, draw_entries, draw_landscape, draw_verticals
 
     problem, result, reference = designed.problem, designed.result, designed.reference
-    stimulus = problem.stand.stimulus(designed.program)
-    if (vertical := stimulus.vertical()) is not None:
-        draw_positions(vertical, directory, f"{problem.n} positions of the vertical")
+    title = f"{problem.n} positions of the vertical"
+    draw_verticals(problem.stand.stimulus(designed.program), directory, title)
     if isinstance(result, Front):
         _draw_front(problem, result, directory)
     elif isinstance(result, Result) and result.survey is not None:

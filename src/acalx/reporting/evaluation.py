@@ -41,9 +41,7 @@ def show_figures(evaluation: Evaluation) -> None:
 
 def draw(evaluation: Evaluation, directory: Path) -> None:
     """Draw all the figures of the evaluation into a directory, as SVG and PNG."""
-    from acalx.reporting.figures import draw_entries, draw_positions
+    from acalx.reporting.figures import draw_entries, draw_verticals
 
-    stimulus = evaluation.stand.stimulus(evaluation.settings)
-    if (vertical := stimulus.vertical()) is not None:
-        draw_positions(vertical, directory, evaluation.program.title)
+    draw_verticals(evaluation.stand.stimulus(evaluation.settings), directory, evaluation.program.title)
     draw_entries({evaluation.program.name: evaluation.problem.response.regressors(evaluation.settings)}, directory)

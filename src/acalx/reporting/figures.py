@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from acalx.numerics.arrays import Array
+from acalx.quantities.stimulus import Stimulus
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -26,6 +27,7 @@ __all__ = [
     "draw_entries",
     "draw_landscape",
     "draw_positions",
+    "draw_verticals",
     "new_figure",
     "save",
 ]
@@ -71,11 +73,27 @@ def save(figure: Figure, directory: Path, name: str) -> None:
         figure.savefig(directory / f"{name}.svg", metadata={"Date": None})
 
 
-def draw_positions(directions: Array, directory: Path, title: str) -> None:
+def draw_verticals(stimulus: Stimulus, directory: Path, title: str) -> None:
+    """Where the vertical is in sensor axes, and while the sensor is turned; nothing where it is not felt."""
+    if "specific_force" not in stimulus:
+        return
+    force = stimulus["specific_force"]
+    if stimulus.weights is None:
+        draw_positions(force, directory, title)
+        return
+    least, most = (force.shape[1] - 1) // 2, force.shape[1] // 2  # of the samples those about the middle
+    middle = force[:, least] + force[:, most]
+    middle = middle / np.linalg.norm(middle, axis=1, keepdims=True)
+    draw_positions(middle, directory, f"{title}; small: while it is turned", force)
+
+
+def draw_positions(directions: Array, directory: Path, title: str, along: Array | None = None) -> None:
     """Directions of the vertical in sensor axes, (n, 3), on the two halves of the sphere.
 
-    Lambert's azimuthal equal-area projection: equal densities look equal everywhere.
+    Lambert's azimuthal equal-area projection: equal densities look equal everywhere. Where the vertical is at other
+    times, (n, K, 3), is smaller.
     """
+    others = np.zeros((0, 3)) if along is None else along.reshape(-1, 3)
     figure, halves = new_figure(8.2, 4.6, columns=2)
     upper = directions[:, 2] >= -1e-12
     for axes, side, label in (
@@ -83,6 +101,8 @@ def draw_positions(directions: Array, directory: Path, title: str) -> None:
         (halves[1], -1.0, "vertical on the -z side"),
     ):
         _draw_half(axes, side, label)
+        passed = _project(others[(others[:, 2] >= 0.0) == (side > 0)], side)
+        axes.plot(passed[:, 0], passed[:, 1], "o", color=SERIES[1], markersize=2)
         shown = upper if side > 0 else ~upper
         points = _project(directions[shown], side)
         axes.plot(points[:, 0], points[:, 1], "o", color=SERIES[0], markersize=7 if len(directions) < 60 else 4)
