@@ -15,7 +15,9 @@ from omegaconf.errors import OmegaConfBaseException
 from yaml import YAMLError
 
 from acalx.commands.former import as_now, target_of
-from acalx.models import as_model
+from acalx.models import Model, as_model
+from acalx.sensors import Sensor
+from acalx.stands import Stand
 
 __all__ = ["with_usual"]
 
@@ -52,6 +54,10 @@ def with_usual(arguments: Sequence[str], groups: Sequence[str], config_name: str
     # groups whose class is another one, with other options
     replaced = {key.removesuffix("._target_") for key in said if key.endswith("._target_")}
     usual = _usual(said, arguments, config_name)
+    if "optimizer" in usual and "optimizer" not in chosen and "optimizer" in groups:
+        stand = said.get("stand") or str(usual.get("stand", ""))
+        if _stops_at_steps(stand, arguments):  # there the default suits
+            usual = {option: choice for option, choice in usual.items() if option.partition(".")[0] != "optimizer"}
     added = [
         f"{option}={choice}"
         for option, choice in usual.items()
@@ -70,23 +76,15 @@ def with_usual(arguments: Sequence[str], groups: Sequence[str], config_name: str
 def _usual(said: Mapping[str, str], arguments: Sequence[str], config_name: str) -> Mapping[str, Any]:
     """What the model says: its class where that is known without making one, the model itself otherwise."""
     folders = _folders(arguments)
-    name = said.get("model") or _default(folders, config_name)
-    if not _NAME.fullmatch(name):
-        return {}
-    path = _found(folders, f"model/{name}.yaml")
-    if path is None:
-        return {}
-    try:
-        options = OmegaConf.load(path)
-    except (OmegaConfBaseException, YAMLError, OSError):
-        return {}
-    if not isinstance(options, DictConfig):
+    options = _options(folders, "model", said.get("model") or _default(folders, config_name))
+    if options is None:
         return {}
     target = said.get("model._target_") or _plain(options).get("_target_")
     model = target_of(target)
     found = getattr(model, "usual", None)
     if isinstance(found, property):
-        found = _of_instance(options, arguments)
+        made = _made(options, "model", arguments)
+        found = as_model(made).usual if isinstance(made, Model | Sensor) else None
     if not isinstance(found, Mapping):
         return {}
     suited = {option: choice for option, choice in found.items() if option != "n"}  # which needs the whole model
@@ -94,15 +92,31 @@ def _usual(said: Mapping[str, str], arguments: Sequence[str], config_name: str) 
     return suited if noise == "null" else {**suited, "errors": "usual"}
 
 
-def _of_instance(options: DictConfig, arguments: Sequence[str]) -> object:
-    """What a model says that is made of other parts, with their options from the command line."""
-    own = [each for each in arguments if each.lstrip("+~").startswith("model.")]
+def _stops_at_steps(stand: str, arguments: Sequence[str]) -> bool:
+    options = _options(_folders(arguments), "stand", stand)
+    made = None if options is None else _made(options, "stand", arguments)
+    return isinstance(made, Stand) and made.axes.stepped
+
+
+def _options(folders: Sequence[Path], group: str, name: str) -> DictConfig | None:
+    """The YAML of an option; None where there is none that can be read."""
+    path = _found(folders, f"{group}/{name}.yaml") if _NAME.fullmatch(name) else None
+    try:
+        options = None if path is None else OmegaConf.load(path)
+    except (OmegaConfBaseException, YAMLError, OSError):
+        return None
+    return options if isinstance(options, DictConfig) else None
+
+
+def _made(options: DictConfig, group: str, arguments: Sequence[str]) -> object:
+    """A part with its options from the command line; None where it can't be made."""
+    own = [each for each in arguments if each.lstrip("+~").startswith(f"{group}.")]
     try:
         for override in OverridesParser.create().parse_overrides(own):
             key = override.key_or_group.partition(".")[2]
             if not override.is_delete():
                 OmegaConf.update(options, key, override.value(), merge=False, force_add=True)
-        return as_model(hydra.utils.instantiate(as_now(options, "model"), _convert_="all")).usual
+        return hydra.utils.instantiate(as_now(options, group), _convert_="all")
     except Exception:  # whatever a part of somebody's raises when it is made: building it again says it
         return None
 

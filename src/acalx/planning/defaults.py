@@ -30,10 +30,18 @@ def usual_n(model: Model) -> int:
 
 
 def default_optimizer(problem: Problem) -> Optimizer[Any]:
-    """The optimizer that `suited` names for a problem, with its default options; the others are not imported."""
-    made: dict[str, Callable[[], Optimizer[Any]]] = {
+    """The optimizer that suits a problem, with the options that its model names; the others are not imported.
+
+    With one criterion, on a stand without steps, that is what the model says; otherwise what `suited` names.
+    """
+    made: dict[str, Callable[..., Optimizer[Any]]] = {
         "scalarized": lambda: optimizers.Scalarized(),
         "exchange": lambda: optimizers.Exchange(),
-        "de": lambda: optimizers.DifferentialEvolution(),
+        "de": lambda **options: optimizers.DifferentialEvolution(**options),
+        "gradient": lambda **options: optimizers.Gradient(**options),
     }
-    return made[suited(several=len(problem.singles) > 1, stepped=problem.stand.axes.stepped)]()
+    several, stepped, usual = len(problem.singles) > 1, problem.stand.axes.stepped, problem.model.usual
+    said = usual.get("optimizer")
+    if several or stepped or said not in made:
+        return made[suited(several=several, stepped=stepped)]()
+    return made[said](**{key.partition(".")[2]: value for key, value in usual.items() if key.startswith("optimizer.")})
