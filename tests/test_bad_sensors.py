@@ -196,7 +196,8 @@ WRONG: dict[str, tuple[dict[str, Any], str]] = {
     ),
     "needs another unit": (
         {"needs": {FORCE: "T"}},
-        "^model Bad needs the specific force in T, but stand TwoAxis gives it in g: let the stand give it in T",
+        "^model Bad needs the specific force in T, but stand TwoAxis gives it in g: let the stand give it in T"
+        "|^Bad takes the specific force in T, in which its length is not known: take it in g",
     ),
     "senses what it does not need": (
         {"senses": ("magnetic_field",)},

@@ -41,8 +41,8 @@ EXAMPLE = re.search(r"```python cubic.py\n(.*?)^```$", PAGE, re.DOTALL | re.MULT
 SHIPPED = {
     "sensors/imu.py": (43, "IMU"),
     "stands/two_axis_rate_table.py": (17, "TwoAxisRateTable"),
-    "sensors/accel_temperature.py": (21, "AccelTemperature"),
-    "stands/chamber.py": (19, "Chamber"),
+    "sensors/accel_temperature.py": (20, "AccelTemperature"),
+    "stands/chamber.py": (20, "Chamber"),
 }
 
 

@@ -474,7 +474,7 @@ def test_faults_of_a_recording_are_named(tmp_path: Path, text: str, message: str
         (None, "can't be read"),
         ("{}", "not a calibration.json"),
         ("[1", "not a calibration.json"),
-        (json.dumps({"correction": {"matrix": [[1]], "offset": [0, 0, 0], "unit": "g"}}), "3 x 3 matrix"),
+        (json.dumps({"correction": {"matrix": [[1]], "offset": [0, 0, 0], "unit": "g"}}), "must be a square matrix"),
     ],
 )
 def test_a_correction_that_is_none_is_refused(tmp_path: Path, text: str | None, message: str) -> None:

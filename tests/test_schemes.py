@@ -424,5 +424,5 @@ def test_a_parameter_that_parts_share_is_one():
     np.testing.assert_allclose(Iterated().estimate(both, readings, felt).parameters, truth, atol=1e-12)
     assert float(information.variances[0]) == pytest.approx(float(np.linalg.inv(whole.T @ whole)[0, 0]))
     assert rows.shape == (5, 3, 12)
-    with pytest.raises(CompatibilityError, match="one kind only"):
+    with pytest.raises(CompatibilityError, match="they share bias_x, bias_y, bias_z"):
         Parallel().solve(Problem(table, both, D(), 8), Gradient(starts=2), np.random.default_rng(0))

@@ -23,12 +23,13 @@ import numpy as np
 
 from acalx.bounds.relaxation import Relaxation, enumerable, looked_at_stops, relax, sensitivity, stops_of
 from acalx.criteria import Ceiling, Concave, Criterion, Product, concave_of
-from acalx.errors import CompatibilityError
+from acalx.errors import CompatibilityError, PluginError
 from acalx.numerics.cosine import Cosines
 from acalx.numerics.supremum import Cells, cells_between, cells_of, supremum
 from acalx.options import require_part
 from acalx.problem import Problem
 from acalx.stands import Stand
+from acalx.stands.degrees import wrong_degree
 
 __all__ = ["Bound", "bound"]
 
@@ -160,6 +161,11 @@ def _proved_peak(problem: Problem, relaxation: Relaxation) -> tuple[float, str, 
     if enumerable(problem):
         return relaxation.peak, "relaxation, sensitivity at every stop", "proved at every stop"
     frequencies, degree = problem.stand.frequencies, problem.model.degree
+    if wrong := wrong_degree(problem.stand):
+        raise PluginError(
+            f"{type(problem.stand).__name__}.frequencies: what is felt is no polynomial of that degree in {wrong}; say "
+            "the right degree, or None, with which bounds are computed and not proved"
+        )
     if frequencies is None or degree is None:
         method = "relaxation, sensitivity not proved between the points where it was computed"
         return relaxation.peak, method, "computed"

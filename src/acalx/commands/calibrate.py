@@ -19,7 +19,6 @@ from acalx.estimation.columns import needs_of
 from acalx.models import Model
 from acalx.recording import RunDirectory
 from acalx.recording.calibration import (
-    corrected_message,
     record,
     record_corrected,
     record_intervals,
@@ -71,7 +70,7 @@ def run(config: DictConfig, directory: RunDirectory) -> int:
     record(calibration, str(config.data), directory)
     directory.write_text(RESOLVED, resolved(config, ENTRY.name))
     if config.static is not None:
-        record_intervals(readings, directory)
+        record_intervals(readings, [channel.name for channel in calibration.model.channels], directory)
     if config.figures:
         draw_residuals(calibration, directory.path)
     record_result(calibration, directory, time.perf_counter() - started)
@@ -94,16 +93,15 @@ def _read(config: DictConfig, model: Model, directory: RunDirectory) -> Readings
 
 def _apply(config: DictConfig, directory: RunDirectory, started: float) -> int:
     """Write the data again with more columns: the readings made right."""
-    directory.remember(apply=str(config.apply))
+    if config.where:
+        raise ArgumentError.of("where", config.where, "all rows of a file are corrected: leave it out, or split it")
     model = build_model(config)
-    directory.remember(model=described(model))
+    directory.remember(apply=str(config.apply), model=described(model))
     correction = read_correction(str(config.apply), model)
     columns, stand = channels_of(config, model), build(config, "stand", Stand)
-    count, magnitude = record_corrected(correction, str(config.data), columns, directory, stand)
-    message = corrected_message(count, magnitude)
-    seconds = time.perf_counter() - started
-    directory.write_result("ok", message, n=count, mean_magnitude_g=magnitude, seconds=seconds)
-    print(f"{message}\nwritten to {directory.path / 'corrected.csv'}")
+    corrected = record_corrected(correction, str(config.data), columns, directory, stand)
+    directory.write_result("ok", corrected.message, **corrected.entries, seconds=time.perf_counter() - started)
+    print(f"{corrected.message}\nwritten to {directory.path / 'corrected.csv'}")
     return 0
 
 

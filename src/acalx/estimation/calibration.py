@@ -133,20 +133,19 @@ class Calibration:
     def studentized(self) -> Array:
         """Residuals in units of their own standard deviation, (n m,); nan where nothing is left to judge by.
 
-        Where the noise is estimated by least squares each position is judged by the scatter of
-        the others. Source: Cook and Weisberg, Residuals and Influence in Regression (1982).
+        Where the noise is estimated by least squares each residual is judged by the scatter of
+        the others that have it. Source: Cook and Weisberg, Residuals and Influence in Regression (1982).
         """
         estimate, free = self.estimate, 1.0 - self.leverage
         free = np.where(free > 1e-9, free, np.nan)
         scaled = estimate.scaled
-        if estimate.noise is not None:
+        if estimate.known or (estimate.loss.robust and estimate.sizes.size):
             return np.asarray(scaled / np.sqrt(free))
         if estimate.loss.robust:
             return np.asarray(scaled / (estimate.scale * np.sqrt(free)))
-        rest = self.freedom - 1
-        if rest < 1:
-            return np.full(len(scaled), np.nan)
-        others = ((scaled**2).sum() - scaled**2 / free) / rest
+        of_noise, rest = estimate.of_noises, estimate.freedom_of_residuals - 1.0
+        total = np.bincount(of_noise, scaled**2)[of_noise]
+        others = (total - scaled**2 / free) / np.where(rest >= 1.0, rest, np.nan)
         return np.asarray(scaled / np.sqrt(np.maximum(others, 1e-300) * free))
 
     @property
@@ -159,8 +158,8 @@ class Calibration:
         from scipy.special import ndtr, stdtr
 
         size = -np.abs(np.nan_to_num(self.studentized))
-        freedom = self.freedom - (0 if self.estimate.loss.robust else 1)
-        tail = ndtr(size) if self.estimate.known else stdtr(max(freedom, 1), size)
+        freedom = self.estimate.freedom_of_residuals - (0 if self.estimate.loss.robust else 1)
+        tail = ndtr(size) if self.estimate.known else stdtr(np.maximum(freedom, 1.0), size)
         far = 2.0 * tail * len(size) < 1.0 - self.confidence
         return [int(k) + 1 for k in np.flatnonzero(far.reshape(self.readings.n, -1).any(axis=1))]
 

@@ -188,7 +188,7 @@ def read_correction(path: str | os.PathLike[str], model: Model | None = None) ->
         raise DataError(f"{path}: not a calibration.json with a correction: matrix, offset, unit") from error
     k = len(offset) if offset.ndim == 1 else 0
     if not k or matrix.shape != (k, k) or not (np.isfinite(matrix).all() and np.isfinite(offset).all()):
-        raise DataError(f"{path}: the correction must be a 3 x 3 matrix and an offset of three finite numbers")
+        raise DataError(f"{path}: the correction must be a square matrix, and an offset as long, of finite numbers")
     return Correction(matrix, offset, unit, units)
 
 

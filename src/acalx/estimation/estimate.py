@@ -88,15 +88,30 @@ class Estimate:
         freedoms = np.where(shows, each[..., noises.of_outputs, None], np.inf).min(axis=-2)
         return np.asarray(np.where(np.isposinf(freedoms), each.min(axis=-1, keepdims=True), freedoms))
 
+    @property
+    def of_noises(self) -> np.ndarray:
+        """The number of the noise that each residual has, (n m,); 0 where there is one for all."""
+        if not self.sizes.size:
+            return np.zeros(self.residual.shape[-1], dtype=int)
+        of_outputs = self.model.noises.of_outputs
+        return np.tile(of_outputs, self.residual.shape[-1] // len(of_outputs))
+
+    @property
+    def freedom_of_residuals(self) -> Array:
+        """Degrees of freedom of the noise of each residual, (..., n m), or (n m,)."""
+        each = self._left_of_noises() if self.sizes.size else self.freedom[..., None]
+        return np.asarray(each[..., self.of_noises], dtype=float)
+
     def _left_of_noises(self) -> Array:
         """Degrees of freedom of each of several noises, (g,): residuals less the parameters that are fitted to them.
 
-        With a prior they fit away less, in each member (..., g): what the leverages of the residuals add up to.
+        With a prior, or parameters that show in several, that is what the leverages of the residuals add up to in each
+        member, (..., g).
         """
         noises = self.model.noises
         n = self.residual.shape[-1] // len(noises.of_outputs)
         counts = n * np.bincount(noises.of_outputs)
-        if not self.model.informed:
+        if not self.model.informed and not noises.shared:
             return np.asarray(counts - noises.parameters)
         rows = self._over_noise
         leverage = np.einsum("...np,...pq,...nq->...n", rows, self.information.covariance, rows)

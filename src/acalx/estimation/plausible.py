@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import replace
+
 import numpy as np
 
 from acalx.errors import DataError, Option
 from acalx.estimation.readings import Readings
 from acalx.estimation.units import Unit
 from acalx.models import Model
-from acalx.models.sensor_model import SensorModel
 from acalx.numerics.arrays import Array
 from acalx.quantities.parameter import parameter_groups
 from acalx.quantities.stimulus import UNITS_OF, Stimulus, conversion, same_kind
@@ -48,13 +50,14 @@ def check_positions(readings: Readings, model: Model, unit: Unit) -> None:
 
 def question_unit(readings: Readings, model: Model, unit: Unit) -> None:
     """Raise DataError for readings that can't be in the unit that they are said to be in, by what is known of them."""
-    _question_magnitude(readings, model, unit)
+    for one, own in model.singles:
+        _question_magnitude(replace(readings, means=readings.means[:, own], deviations=None), one, unit)
     _question_scale(readings, model, unit)
 
 
 def _question_magnitude(readings: Readings, model: Model, unit: Unit) -> None:
     """Refuse readings of triads that can't be in the unit that they are said to be in, by lengths that are known."""
-    if unit.per_g is None or not isinstance(model, SensorModel):  # found from the readings themselves
+    if unit.per_g is None or not isinstance(model.needs, Mapping):  # found from the readings, or in no unit
         return
     per = unit.per_channel(model.channels)
     for name in _STRONG:
@@ -63,9 +66,10 @@ def _question_magnitude(readings: Readings, model: Model, unit: Unit) -> None:
         expected = _expected(model, name, own, readings.stimulus) if len(own) == 3 else None
         if wanted is None or expected is None:
             continue
-        mean, one = float(np.linalg.norm(readings.means[:, own] - unit.offset, axis=1).mean()), float(per[own[0]])
-        if not _LEAST < mean / (one * expected) < _MOST:
-            _refuse(readings, model, unit, wanted, mean, expected, one)
+        lengths, one = np.linalg.norm(readings.means[:, own] - unit.offset, axis=1), float(per[own[0]])
+        # a gross error in some positions is no wrong unit
+        if all(not _LEAST < one_of / (one * expected) < _MOST for one_of in (lengths.mean(), np.median(lengths))):
+            _refuse(readings, model, unit, wanted, float(lengths.mean()), expected, one)
 
 
 def _question_scale(readings: Readings, model: Model, unit: Unit) -> None:
@@ -105,17 +109,18 @@ def _refuse_scale(readings: Readings, unit: Unit, own: str, factor: float) -> No
     )
 
 
-def _expected(model: SensorModel, quantity: str, own: list[int], known: Stimulus | None) -> float | None:
+def _expected(model: Model, quantity: str, own: list[int], known: Stimulus | None) -> float | None:
     """Mean length of what three channels of a sensor without errors read; None where nothing tells it.
 
     It is told by what is known of the positions, or by a comparison that takes the length for one.
     """
+    assert isinstance(model.needs, Mapping)  # in which it is looked for
     one = conversion(UNITS_OF[quantity], model.needs[quantity]) or 1.0
     if known is not None and all(name in known for name in model.needs):
         read: Array = model.readings(model.nominal, known)[..., own]
         mean = float(np.linalg.norm(read, axis=-1).mean())
         return mean if mean > 0.5 * one else None  # a bias may be as large as the others
-    return model.comparison.lengths(model.sensor).get(quantity)
+    return model.lengths.get(quantity)
 
 
 def _refuse(readings: Readings, model: Model, unit: Unit, name: str, mean: float, expected: float, one: float) -> None:

@@ -80,9 +80,7 @@ def calibrate(
     require_known(readings, model)
     known = readings.stimulus
     if known is not None and all(name in known for name in model.needs):
-        if isinstance(model, SensorModel):
-            check_sensor(model.sensor, model.in_units(known).without_samples())
-        check_readings(model, known)
+        _check_sensors(model, known)
     check_positions(readings, model, unit)
     start, per = starting_point(readings.means - unit.offset, readings.stimulus, model, unit)
     question_unit(readings, model, unit)
@@ -95,6 +93,14 @@ def calibrate(
         estimate = _estimate(readings, model, estimator, per, unit.offset, noise, start)
         unit = replace(unit, per_g=float(per[0]))
     return Calibration(model, readings, unit, estimate, confidence)
+
+
+def _check_sensors(model: Model, known: Stimulus) -> None:
+    """Raise PluginError where a sensor does not give what it must for what was felt."""
+    for one, _ in model.singles:
+        if isinstance(one, SensorModel):
+            check_sensor(one.sensor, one.in_units(known).without_samples())
+    check_readings(model, known)
 
 
 def prepared(model: Model, unit: Unit | None) -> Unit:

@@ -261,9 +261,24 @@ class Model(ABC):
         return np.asarray(own / self.deviations(Stimulus() if known is None else known)).reshape(-1)
 
     @property
+    def shows(self) -> np.ndarray:
+        """Which residuals of a position each parameter may show in, (m, p)."""
+        return np.ones((self.outputs, len(self.parameters)), dtype=bool)
+
+    @property
     def noises(self) -> Noises:
         """Which residuals of a position have noise of the same size, or of a size that is told relative to theirs."""
         return Noises(np.zeros(self.outputs, dtype=int), np.array([float(len(self.parameters))]))
+
+    @property
+    def lengths(self) -> Mapping[str, float]:
+        """Vectors whose length it takes as known, with that length in the unit in which it takes them."""
+        return {}
+
+    @property
+    def singles(self) -> tuple[tuple[Model, slice], ...]:
+        """The models of one sensor each that it is made of, with their channels among its own; by default itself."""
+        return ((self, slice(0, len(self.channels))),)
 
     @property
     def corrects_with(self) -> tuple[str, ...]:

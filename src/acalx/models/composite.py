@@ -14,7 +14,7 @@ import numpy as np
 from acalx.models.base import Model, Noises, noises_of
 from acalx.models.blocks import Places, in_places, runs
 from acalx.models.comparisons import Comparison
-from acalx.models.jacobian import Jacobian, Together, placed
+from acalx.models.jacobian import Jacobian, PartByPart, placed
 from acalx.numerics.arrays import Array, empty_as
 from acalx.quantities.information import Information
 from acalx.quantities.parameter import Parameter
@@ -144,7 +144,7 @@ class Composite(Model):
     def jacobian(self, stimulus: Stimulus) -> Jacobian:
         """Those of the parts, each in its place."""
         parts = [model.jacobian(stimulus) for model in self.models]
-        return Together(self, stimulus, parts, self._blocks, bool(self.shared))
+        return PartByPart(self, stimulus, parts, self._blocks, bool(self.shared))
 
     def information_of(self, regressors: Array) -> Information:
         """Information of programs whose rows (..., n, m, p) are there already."""
@@ -193,6 +193,16 @@ class Composite(Model):
     def _readings(self) -> tuple[slice, ...]:
         return tuple(starmap(slice, runs([len(model.channels) for model in self.models])))
 
+    @cached_property
+    def singles(self) -> tuple[tuple[Model, slice], ...]:
+        """Those of the parts, with their channels among all of them."""
+        parts = zip(self.models, self._readings, strict=True)
+        return tuple(
+            (one, slice(place.start + own.start, place.start + own.stop))
+            for model, place in parts
+            for one, own in model.singles
+        )
+
     def readings(self, parameters: Array, stimulus: Stimulus) -> Array:
         """What each of the parts reads, side by side."""
         parts = zip(self.models, self._blocks, strict=True)
@@ -230,14 +240,16 @@ class Composite(Model):
     def noises(self) -> Noises:
         """Those of the parts; sensors of the same kind have the same."""
         numbers: dict[tuple[str, int], int] = {}
-        of_outputs = []
-        for model in self.models:
-            own = model.noises.of_outputs
-            of_outputs += [numbers.setdefault((model.kind, int(k)), len(numbers)) for k in own]
-        shown = np.zeros((self.outputs, len(self.parameters)), dtype=bool)
-        for place in self._blocks:
-            shown[place] = True
-        return noises_of(np.array(of_outputs), shown)
+        each = [(one.kind, int(k)) for one, _ in self.singles for k in one.noises.of_outputs]
+        return noises_of(np.array([numbers.setdefault(pair, len(numbers)) for pair in each]), self.shows)
+
+    @property
+    def shows(self) -> np.ndarray:
+        """Those of the parts, each in its place."""
+        found = np.zeros((self.outputs, len(self.parameters)), dtype=bool)
+        for model, (outputs, own) in zip(self.models, self._blocks, strict=True):
+            found[outputs, own] = model.shows
+        return found
 
     def residual_deviations(self, parameters: Array, readings: Array, known: Stimulus | None, own: Array) -> Array:
         """Those of the parts, position by position."""
@@ -261,12 +273,14 @@ class Composite(Model):
 
     def felt(self, parameters: Array, readings: Array, known: Stimulus | None) -> Stimulus | None:
         """What any of the parts says of it, where together they say all."""
-        found = {} if known is None else dict(known)
+        known = Stimulus() if known is None else known.mean()
+        found, units = dict(known), known.units
         for model, (_, own), place in zip(self.models, self._blocks, self._readings, strict=True):
             felt = model.felt(parameters[..., own], readings[..., place], known)
-            found |= {} if felt is None else {name: value for name, value in felt.items() if name not in found}
-        felt = Stimulus(found) if known is None else known.made(found)
-        return super().felt(parameters, readings, felt)
+            if felt is not None:
+                units = {**felt.units, **units}
+                found = {**felt, **found}
+        return super().felt(parameters, readings, Stimulus(found, units=units))
 
     def corrected(self, parameters: Array, readings: Array, known: Stimulus | None) -> Array:
         """What sensors without errors would have read, part by part."""

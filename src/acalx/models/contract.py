@@ -12,7 +12,7 @@ from acalx.numerics.arrays import Array
 from acalx.quantities.parameter import Parameter
 from acalx.quantities.stimulus import Stimulus
 from acalx.sensors.base import Channel, Sensor
-from acalx.sensors.polynomial import Polynomial
+from acalx.sensors.polynomial import Polynomial, components_of, multiplied
 
 __all__ = ["check_declared", "check_sensor"]
 
@@ -88,6 +88,8 @@ def check_sensor(sensor: Sensor, felt: Stimulus) -> None:
     _check_deviations(sensor, every)
     if _given(sensor, "by_parameters"):
         _check_by_parameters(sensor, two)
+    if sensor.table is not None and any(_given(sensor, name) for name in ("readings", "table", "ideal")):
+        _check_table(sensor, two)
     if _given(sensor, "by_stimulus"):
         _check_by_stimulus(sensor, two)
 
@@ -112,11 +114,16 @@ def _check_readings(sensor: Sensor, parameters: Array, at: Stimulus, shape: tupl
 def _check_deviations(sensor: Sensor, felt: Stimulus) -> None:
     """A positive number for each channel, the same in all positions or one for each of them."""
     name, k = f"{type(sensor).__name__}.deviations", len(sensor.channels)
-    found = _answer(sensor, name, sensor.deviations, felt)
-    _require_array(name, found)
     n = next(iter(felt.values())).shape[0]
-    if found.shape not in ((k,), (n, k)):
-        raise PluginError(f"{name} has shape {found.shape}; expected {(k,)}, or {(n, k)} where positions differ")
+    for stack in ((), (2,)):
+        at = felt.made({quantity: np.broadcast_to(value, (*stack, *value.shape)) for quantity, value in felt.items()})
+        found = _answer(sensor, name, sensor.deviations, at)
+        _require_array(name, found)
+        if found.shape not in ((k,), (*stack, n, k)):
+            of = f" for {(*stack, n)} positions" if stack else ""
+            raise PluginError(
+                f"{name} has shape {found.shape}{of}; expected {(k,)}, or {(*stack, n, k)} where positions differ"
+            )
     if not (np.isfinite(found) & (found > 0.0)).all():
         worst = found[~(np.isfinite(found) & (found > 0.0))].ravel()[0]
         raise PluginError(f"{name} gave {float(worst):g}; a standard deviation is a positive number")
@@ -131,6 +138,23 @@ def _check_by_parameters(sensor: Sensor, at: Stimulus) -> None:
         raise PluginError(f"{name} has shape {found.shape}; expected {(2, k, p)}: positions, channels, parameters")
     expected = _answer(sensor, name, lambda x, s: Sensor.by_parameters(sensor, x, s), sensor.nominal, at)
     _require_close(name, found, expected, [one.name for one in sensor.parameters])
+
+
+def _check_table(sensor: Sensor, at: Stimulus) -> None:
+    """That the products are those of the readings of a sensor without errors, and of their derivatives."""
+    name, k, table = f"{type(sensor).__name__}.table", len(sensor.channels), sensor.table or ()
+    products = [product for *_, product in table] + [product for *_, product in sensor.ideal]
+    components = components_of(at, products)
+    rows, reads = np.zeros((2, k, len(sensor.parameters))), np.zeros((2, k))
+    for channel, number, factor, product in table:
+        rows[..., channel, number] += multiplied(factor, product, components)
+    for channel, factor, product in sensor.ideal:
+        reads[..., channel] += multiplied(factor, product, components)
+    expected = _answer(sensor, name, lambda x, s: Sensor.by_parameters(sensor, x, s), sensor.nominal, at)
+    _require_close(name, rows, expected, [one.name for one in sensor.parameters])
+    if sensor.ideal and not sensor.nominal.any():
+        wanted = sensor.readings(sensor.nominal, at)
+        _require_close(f"{type(sensor).__name__}.ideal", reads[..., None], wanted[..., None], ["nothing"])
 
 
 def _check_by_stimulus(sensor: Sensor, at: Stimulus) -> None:
@@ -163,6 +187,19 @@ def _check_correlation(sensor: Sensor, name: str) -> None:
         raise PluginError(
             f"{name} gave {found.tolist()} for 2 times; correlations are 1 with themselves, less with others, and the "
             "same both ways"
+        )
+    times = np.array([[0.0, 1.0], [0.0, 2.0]])
+    stacked: Any = asked(name, sensor.correlation, times)
+    each = np.stack([np.asarray(asked(name, sensor.correlation, one)) for one in times])
+    if np.shape(stacked) == (2, 2, 2) and not np.allclose(stacked, each):
+        raise PluginError(
+            f"{name} gives programs that are asked together, times (2, 2), others than alone; take times along the "
+            "last axis, as times[..., :, None] - times[..., None, :] does"
+        )
+    if np.shape(stacked) != (2, 2, 2):
+        raise PluginError(
+            f"{name} has shape {np.shape(stacked)} for two programs of 2 times, (2, 2); expected (2, 2, 2), as "
+            "times[..., :, None] - times[..., None, :] has it"
         )
 
 

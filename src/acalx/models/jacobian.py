@@ -17,7 +17,7 @@ from acalx.quantities.information import Information
 from acalx.quantities.parameter import Parameter
 from acalx.quantities.stimulus import Stimulus
 
-__all__ = ["InBlocks", "Jacobian", "Together", "Whole", "placed"]
+__all__ = ["InBlocks", "Jacobian", "PartByPart", "Whole", "placed"]
 
 
 class Linear(Protocol):
@@ -144,7 +144,7 @@ class InBlocks(Jacobian):
 
 
 @dataclass(frozen=True, eq=False)
-class Together(Jacobian):
+class PartByPart(Jacobian):
     """Rows of models that are read in the same positions.
 
     Parameters

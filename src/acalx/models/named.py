@@ -26,6 +26,11 @@ class Named(Composite):
     prefix: str
 
     @property
+    def called(self) -> str:
+        """The same as of the model itself."""
+        return self.model.called
+
+    @property
     def kind(self) -> str:
         """The same as of the model itself."""
         return self.model.kind

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from typing import Any
 
 import numpy as np
 
 from acalx.numerics.arrays import Array
-from acalx.numerics.differences import differences, steps_of
+from acalx.numerics.differences import differences_at, steps_at
 from acalx.quantities.stimulus import Stimulus
 
-__all__ = ["coupled_pull", "numerical_derivative"]
+__all__ = ["by_samples", "coupled_pull", "numerical_derivative"]
 
 Regressors = Callable[[Stimulus], Array]
 
@@ -31,15 +32,24 @@ def numerical_derivative(regressors: Regressors, stimulus: Stimulus, needs: Iter
     for name in needs:
         value = stimulus[name]
         if stimulus.weights is None:
-            moved = np.ones_like(value)
-            found[name] = differences(_moving(regressors, stimulus, name, moved), steps_of(value))
+            found[name] = differences_at(_moving(regressors, stimulus, name), value, steps_at(value), 2)
             continue
-        samples = []
+        samples, steps = [], steps_at(value, 2)
         for k in range(len(stimulus.weights)):
-            moved = np.zeros_like(value)
-            moved[..., k, :] = 1.0
-            samples.append(differences(_moving(regressors, stimulus, name, moved), steps_of(value)))
+            moving = _moving(regressors, stimulus, name, (..., slice(None), k, slice(None)))
+            samples.append(differences_at(moving, value[..., k, :], steps[..., k], 2))
         found[name] = np.stack(samples, axis=-4)
+    return stimulus.made(found)
+
+
+def by_samples(each: Stimulus, stimulus: Stimulus) -> Stimulus:
+    """Derivatives of means over samples by each of them, from those in the samples as positions, (..., n K, ...)."""
+    assert stimulus.weights is not None  # there are samples
+    weights = stimulus.weights[:, None, None, None]
+    found = {
+        name: weights * value.reshape((*value.shape[:-4], -1, len(stimulus.weights), *value.shape[-3:]))
+        for name, value in each.items()
+    }
     return stimulus.made(found)
 
 
@@ -61,16 +71,24 @@ def coupled_pull(regressors: Regressors, stimulus: Stimulus, needs: Iterable[str
     found = {}
     for name in needs:
         value = stimulus[name]
-        total = np.zeros(value.shape)
+        total, steps = np.zeros(value.shape), steps_at(value, behind)
         for place in np.ndindex(value.shape[-1 - behind : -1]):
-            moved = np.zeros_like(value)
-            moved[(..., *place, slice(None))] = 1.0
-            by_rows = differences(_moving(regressors, stimulus, name, moved), steps_of(value))
-            total[(..., *place, slice(None))] = np.einsum("...nmp,...nmpk->...k", gradient, by_rows)
+            own = (..., *place, slice(None))
+            moving = _moving(regressors, stimulus, name, own)
+            by_rows = differences_at(moving, value[own], steps[(..., *place)], 3)
+            total[own] = np.einsum("...nmp,...nmpk->...k", gradient, by_rows)
         found[name] = total
     return stimulus.made(found)
 
 
-def _moving(regressors: Regressors, stimulus: Stimulus, name: str, moved: Array) -> Callable[[Array], Array]:
-    """The rows from a shift (width,) of a quantity where it is moved."""
-    return lambda shift: regressors(stimulus.made({**stimulus, name: stimulus[name] + moved * shift}))
+def _moving(
+    regressors: Regressors, stimulus: Stimulus, name: str, where: tuple[Any, ...] = (...,)
+) -> Callable[[Array], Array]:
+    """The rows from a shift of a quantity in a part of its array."""
+
+    def rows(shift: Array) -> Array:
+        moved = stimulus[name].copy()
+        moved[where] += shift
+        return regressors(stimulus.made({**stimulus, name: moved}))
+
+    return rows

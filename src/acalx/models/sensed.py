@@ -50,8 +50,24 @@ def of_sensor(sensor: Sensor, quantity: str | None, what: str = "") -> str:
 
 
 def unit_length(sensor: Sensor, quantity: str) -> float:
-    """1 in the unit that stands give a quantity in, gravity or the strength of the field, in the sensor's unit."""
-    return conversion(UNITS_OF.get(quantity, ""), sensor.needs[quantity]) or 1.0
+    """1 in the unit that stands give a quantity in, gravity or the strength of the field, in the sensor's unit.
+
+    Of a quantity that only the sensor knows, 1 in its unit.
+
+    Raises
+    ------
+    CompatibilityError
+        Where the sensor takes it in a unit in which nobody knows how long it is.
+    """
+    usual, own = UNITS_OF.get(quantity, sensor.needs[quantity]), sensor.needs[quantity]
+    length = conversion(usual, own)
+    if length is None:
+        raise CompatibilityError(
+            f"{type(sensor).__name__} takes the {_words(quantity)} in {own}, in which its length is not known: take it "
+            f"in {usual}, in which it is 1, compare lengths that are given, by Magnitude with varies=true, or the "
+            "readings, by Outputs"
+        )
+    return length
 
 
 def along(sensor: Sensor, quantity: str, noise: Array) -> list[Entry] | None:

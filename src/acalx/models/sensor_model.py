@@ -15,7 +15,8 @@ from acalx.models.checks import check_compared
 from acalx.models.comparisons import Comparison
 from acalx.models.corrected import corrected_of, felt_of
 from acalx.models.jacobian import InBlocks, Jacobian
-from acalx.models.numerical import coupled_pull
+from acalx.models.noise import SensorNoise
+from acalx.models.numerical import by_samples, coupled_pull, numerical_derivative
 from acalx.models.prior import prior_information
 from acalx.models.standins import averaged
 from acalx.models.start import generic_least, of_spheres, sphere_start
@@ -63,17 +64,16 @@ class SensorModel(Model):
     @property
     def needs(self) -> Mapping[str, str]:
         """What the sensor needs, each quantity with its unit; with noise that positions share the time too."""
-        return self.sensor.needs if self._independent else {**self.sensor.needs, "time": "s"}
+        return self.sensor.needs if self._noise.independent else {**self.sensor.needs, "time": "s"}
 
     @cached_property
-    def _independent(self) -> bool:
-        """Whether the noise of a position has nothing to do with that of others."""
-        return self.sensor.correlation(np.arange(2.0)) is None
+    def _noise(self) -> SensorNoise:
+        return SensorNoise(self.sensor)
 
     @property
     def coupled(self) -> bool:
         """Where the sensor says correlations."""
-        return not self._independent
+        return not self._noise.independent
 
     @cached_property
     def outputs(self) -> int:
@@ -94,7 +94,9 @@ class SensorModel(Model):
     def smallest_n(self) -> int:
         """The fewest positions that determine all the parameters, whatever is felt in them."""
         least = super().smallest_n
-        return least if self._table is not None else generic_least(self, least)
+        return (
+            generic_least(self, least) if self._table is None else max(least, self._table.least(self.prior_information))
+        )
 
     @property
     def entries(self) -> int:
@@ -110,7 +112,7 @@ class SensorModel(Model):
         """Rows of the comparison for a sensor without errors, over the noise, (..., n, m, p); means over samples."""
         felt = self.in_units(stimulus)
         if self._table is not None:
-            return over_shared(self._correlation(felt), self._table.rows(felt))
+            return over_shared(self._noise.correlation(felt), self._table.rows(felt))
         at = self.comparison.rows(self.sensor, felt.mean())
         rows = at.rows
         if felt.weights is not None:  # the mean of products, not the product of means
@@ -118,21 +120,25 @@ class SensorModel(Model):
             each = slopes.reshape((*slopes.shape[:-3], -1, len(felt.weights), *slopes.shape[-2:]))
             rows = np.einsum("k,...kjp->...jp", felt.weights, each)
             rows = rows if at.by_readings is None else at.by_readings @ rows
-        return whitened(self._noise(felt), at.value, rows, at.by_readings, self._correlation(felt))[1]
+        return whitened(self._noise.at(felt), at.value, rows, at.by_readings, self._noise.correlation(felt))[1]
 
     def derivative(self, stimulus: Stimulus) -> Stimulus:
         """Derivatives of the rows: exact where they are polynomials."""
-        if self._table is None:
+        if self._table is not None:
+            return stimulus.from_units(self._table.derivative(self.in_units(stimulus)), self.needs)
+        if stimulus.weights is None or not self.comparison.of_readings or self._noise.fixed is None or self.coupled:
             return super().derivative(stimulus)
-        return stimulus.from_units(self._table.derivative(self.in_units(stimulus)), self.needs)
+        # rows are means of those in the samples
+        each = numerical_derivative(self.regressors, stimulus.without_samples(), self.needs)
+        return by_samples(each, stimulus)
 
     def pull(self, stimulus: Stimulus, rows: Array) -> Stimulus:
         """From a gradient with respect to the rows, (..., n, m, p), to the stimulus."""
         felt = self.in_units(stimulus)
         if self._table is not None:
-            rows = over_shared(self._correlation(felt), rows, back=True)
+            rows = over_shared(self._noise.correlation(felt), rows, back=True)
             return stimulus.from_units(self._table.pull(felt, rows), self.needs)
-        if self._independent:
+        if self._noise.independent:
             return super().pull(stimulus, rows)
         return coupled_pull(self.regressors, stimulus, self.sensor.needs, rows)
 
@@ -163,7 +169,7 @@ class SensorModel(Model):
     def knows(self) -> tuple[str, ...]:
         """What the comparison must know of each position."""
         known = self.comparison.knows(self.sensor)
-        return known if self._independent else (*known, "time")
+        return known if self._noise.independent else (*known, "time")
 
     def readings(self, parameters: Array, stimulus: Stimulus) -> Array:
         """What the sensor reads, means over the samples in each position."""
@@ -176,11 +182,11 @@ class SensorModel(Model):
 
     def deviations(self, stimulus: Stimulus) -> Array:
         """Those of the sensor."""
-        return self._noise(self.in_units(stimulus))
+        return self._noise.at(self.in_units(stimulus))
 
     def shared_noise(self, noise: Array, stimulus: Stimulus) -> Array:
         """The noise of positions with the correlations that the sensor says."""
-        return correlated(self._correlation(stimulus), noise)
+        return correlated(self._noise.correlation(stimulus), noise)
 
     def residual(self, parameters: Array, readings: Array, known: Stimulus | None) -> tuple[Array, Array]:
         """What parameters leave of the comparison, over its noise."""
@@ -188,8 +194,8 @@ class SensorModel(Model):
         found = self.comparison.residual(
             averaged(self.sensor, felt), parameters, readings, None if felt is None else felt.mean()
         )
-        sigma = self._noise_of(parameters, readings, felt)
-        return flat(*whitened(sigma, found.value, found.rows, found.by_readings, self._correlation(felt)))
+        sigma = self._noise.of_readings(parameters, readings, felt)
+        return flat(*whitened(sigma, found.value, found.rows, found.by_readings, self._noise.correlation(felt)))
 
     def linearized(self, parameters: Array, readings: Array, known: Stimulus | None) -> tuple[Array, Array]:
         """The same to first order: rows of a sensor without errors, where the attitude is known those of that."""
@@ -203,10 +209,9 @@ class SensorModel(Model):
 
     def start(self, readings: Array, known: Stimulus | None) -> Array:
         """The parameters of a sensor without errors, or where only a length is known those of a sphere's fit."""
-        lengths = self.comparison.lengths(self.sensor)
-        if not self.comparison.at_once or not of_spheres(self.sensor, lengths):
+        if not self.comparison.at_once or not of_spheres(self.sensor, self.lengths):
             return super().start(readings, known)
-        return sphere_start(self.sensor, readings, None if known is None else self.in_units(known).mean(), lengths)
+        return sphere_start(self.sensor, readings, None if known is None else self.in_units(known).mean(), self.lengths)
 
     def felt(self, parameters: Array, readings: Array, known: Stimulus | None) -> Stimulus | None:
         """What is known of it, or where it follows from the readings that, with the length that it has."""
@@ -235,8 +240,13 @@ class SensorModel(Model):
         """Those of readings with standard deviations of their own, (n, k), as the comparison passes them on."""
         felt = None if known is None else self.in_units(known).mean()
         by_readings = self.comparison.residual(self.sensor, parameters, readings, felt).by_readings
-        sigma = self._noise_of(parameters, readings, felt)
+        sigma = self._noise.of_readings(parameters, readings, felt)
         return passed_on(own, sigma, by_readings, shared=self.coupled)
+
+    @property
+    def shows(self) -> np.ndarray:
+        """Those of the blocks of its table."""
+        return touched(self._blocks, self.outputs, len(self.parameters))
 
     @cached_property
     def noises(self) -> Noises:
@@ -245,12 +255,17 @@ class SensorModel(Model):
             return super().noises
         units = list(dict.fromkeys(channel.unit for channel in self.channels))
         of_outputs = np.array([units.index(channel.unit) for channel in self.channels])
-        return noises_of(of_outputs, touched(self._blocks, self.outputs, len(self.parameters)))
+        return noises_of(of_outputs, self.shows)
 
     @property
     def widths(self) -> Mapping[str, int]:
         """Those of its sensor."""
         return {name: self.sensor.width(name) for name in self.needs}
+
+    @property
+    def lengths(self) -> Mapping[str, float]:
+        """Those that its comparison knows."""
+        return self.comparison.lengths(self.sensor)
 
     @property
     def corrects_with(self) -> tuple[str, ...]:
@@ -260,28 +275,12 @@ class SensorModel(Model):
     @cached_property
     def _table(self) -> Table | None:
         """The rows as polynomials in the stimulus, where they are that."""
-        together = not self._independent and not self.comparison.of_readings  # whitened by what is felt elsewhere
-        if self._fixed_noise is None or together or self.nominal.any():
+        # others than readings are whitened by what is felt elsewhere, and depend on the parameters
+        of_readings = self.comparison.of_readings or (self._noise.independent and not self.nominal.any())
+        if self._noise.fixed is None or not of_readings:
             return None
-        entries = self.comparison.entries(self.sensor, self._fixed_noise)
+        entries = self.comparison.entries(self.sensor, self._noise.fixed)
         return None if entries is None else Table(self.outputs, len(self.parameters), tuple(entries))
-
-    @cached_property
-    def _fixed_noise(self) -> Array | None:
-        """Standard deviations of the readings (k,), where they don't depend on the stimulus."""
-        return None if self.sensor.noise_varies else np.asarray(self.sensor.deviations(Stimulus()), dtype=float)
-
-    def _noise(self, felt: Stimulus) -> Array:
-        """Standard deviations of the readings, (k,) or (..., n, k)."""
-        if self._fixed_noise is not None:
-            return self._fixed_noise
-        return np.asarray(self.sensor.deviations(felt.mean()), dtype=float)
-
-    def _noise_of(self, parameters: Array, readings: Array, known: Stimulus | None) -> Array:
-        """The same where part of what is felt follows from the readings only."""
-        if self._fixed_noise is not None or (known is not None and all(name in known for name in self.needs)):
-            return self._noise(Stimulus() if known is None else known)
-        return self._noise(self.sensor.felt(parameters, readings, known))
 
     @cached_property
     def _blocks(self) -> Blocks:
@@ -291,10 +290,3 @@ class SensorModel(Model):
     def in_units(self, stimulus: Stimulus) -> Stimulus:
         """The stimulus in the units that the sensor takes."""
         return stimulus.in_units(self.needs)
-
-    def _correlation(self, felt: Stimulus | None) -> Array | None:
-        """Correlations of the noise of positions, (..., n, n); None where they share none."""
-        if self._independent:
-            return None
-        assert felt is not None  # `knows` and `needs` say the time
-        return self.sensor.correlation(felt.mean()["time"][..., 0])

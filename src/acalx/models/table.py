@@ -63,7 +63,18 @@ class Table:
                 numbers, outputs = more, outputs | reached
             left -= outputs
             found.append((np.array(sorted(outputs)), np.array(sorted(numbers), dtype=int)))
+        unseen = sorted(set(range(self.count)) - {number for _, number in places})
+        if unseen:  # which nothing shows
+            found.append((np.zeros(0, dtype=int), np.array(unseen)))
         return tuple(found)
+
+    def least(self, known: Array) -> int:
+        """So few positions can't show all the parameters of a block: more are needed than outputs give in fewer.
+
+        `known` (p,) is positive for those of which something is known before.
+        """
+        shown = [(len(outputs), int(np.count_nonzero(known[numbers] == 0.0))) for outputs, numbers in self.blocks]
+        return max((-(-unknown // count) for count, unknown in shown if count), default=1)
 
     @cached_property
     def _in_whole(self) -> Products:
@@ -97,7 +108,7 @@ class Table:
         return self._filled(stimulus, sizes, self._in_blocks)
 
     def _filled(self, stimulus: Stimulus, sizes: Sequence[tuple[int, int]], products: Products) -> list[Array]:
-        first = np.asarray(stimulus[self.needs[0]][..., 0])
+        first = np.asarray(next(iter(stimulus.values()))[..., 0])
         first = first if stimulus.weights is None else first[..., 0]
         blocks = [empty_as(first, (*first.shape, *size)) for size in sizes]
         for each in blocks:
@@ -113,7 +124,7 @@ class Table:
 
     def derivative(self, stimulus: Stimulus) -> Stimulus:
         """Derivatives of the rows by each quantity, (..., n, m, p, width), or of the means by each sample."""
-        first = np.asarray(stimulus[self.needs[0]][..., 0])
+        first = np.asarray(next(iter(stimulus.values()))[..., 0])
         slopes = {}
         for name in self.needs:
             slopes[name] = empty_as(first, (*first.shape, self.outputs, self.count, stimulus[name].shape[-1]))

@@ -48,8 +48,9 @@ class Magnitude(Comparison):
         object.__setattr__(self, "varies", require_switch("varies", self.varies))
 
     def check(self, sensor: Sensor) -> None:
-        """Refuse a sensor whose readings do not give the vector."""
+        """Refuse a sensor whose readings do not give the vector, or a length that nobody knows."""
         of_sensor(sensor, self.quantity, "magnitude")
+        self.lengths(sensor)
 
     def count(self, sensor: Sensor) -> int:
         """One a position, a length."""
@@ -116,6 +117,7 @@ class Projection(Comparison):
         quantity = of_sensor(sensor, self.quantity, "projection")
         if sensor.senses != (quantity,):
             raise CompatibilityError(f"{type(sensor).__name__} reads more than the {quantity.replace('_', ' ')}")
+        self.lengths(sensor)
 
     def count(self, sensor: Sensor) -> int:
         """One a position, a component."""

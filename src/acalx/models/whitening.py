@@ -4,10 +4,19 @@ from __future__ import annotations
 
 import numpy as np
 
-from acalx.errors import CompatibilityError, PluginError
+from acalx.errors import AcalxError, CompatibilityError, PluginError
 from acalx.numerics.arrays import Array
 
 __all__ = ["correlated", "flat", "over_shared", "passed_on", "whitened"]
+
+_NO_NOISE = PluginError(
+    "the correlations that a sensor gives for the times of a program are those of no noise: the matrix is not positive "
+    "definite"
+)
+_ALIKE = CompatibilityError(
+    "what is compared has no noise of its own in some position, as the angle between parallel vectors has none: "
+    "compare something else, or change what the stand says of the place, such as its dip_deg"
+)
 
 
 def whitened(
@@ -43,7 +52,7 @@ def whitened(
         covariance = scaled @ scaled.swapaxes(-1, -2)
     good = np.array(np.isfinite(covariance).all(axis=(-2, -1)))
     covariance = np.where(good[..., None, None], covariance, np.eye(value.shape[-1]))
-    root = np.linalg.cholesky(covariance)
+    root = _root(covariance, _ALIKE)
     whole = np.linalg.solve(root, np.concatenate([value[..., None], rows], axis=-1))
     return whole[..., 0], whole[..., 1:]
 
@@ -106,15 +115,12 @@ def correlated(correlation: Array | None, noise: Array) -> Array:
     return noise if correlation is None else np.asarray(_root(correlation) @ noise)
 
 
-def _root(covariance: Array) -> Array:
-    """The lower Cholesky factor; PluginError where there is none."""
+def _root(covariance: Array, otherwise: AcalxError = _NO_NOISE) -> Array:
+    """The lower Cholesky factor; an error where there is none."""
     try:
         return np.asarray(np.linalg.cholesky(covariance), dtype=float)
     except np.linalg.LinAlgError as error:
-        raise PluginError(
-            "the correlations that a sensor gives for the times of a program are those of no noise: the matrix is not "
-            "positive definite"
-        ) from error
+        raise otherwise from error
 
 
 def flat(residual: Array, rows: Array) -> tuple[Array, Array]:

@@ -8,9 +8,9 @@ import numpy as np
 
 from acalx.numerics.arrays import Array
 
-__all__ = ["exact_route", "searched_route", "shortest_route"]
+__all__ = ["MOST_EXACT", "exact_route", "searched_route", "shortest_route"]
 
-_MOST_EXACT = 12
+MOST_EXACT = 12
 _STARTS = 8
 # The best route is shaken this over n^2 times, which takes about a second.
 _EFFORT = 150_000
@@ -25,13 +25,13 @@ def shortest_route(costs: Array, first: Array, n: int, rng: np.random.Generator)
     Parameters
     ----------
     costs : array (k n, k n)
-        Symmetric, between ways; way w enters place w modulo n.
+        From way to way, with more than `MOST_EXACT` places as long back; way w enters place w modulo n.
     first : array (k n,)
         Of starting with each way.
     n : int
     rng : numpy Generator
     """
-    return exact_route(costs, first, n) if n <= _MOST_EXACT else searched_route(costs, first, n, rng)
+    return exact_route(costs, first, n) if n <= MOST_EXACT else searched_route(costs, first, n, rng)
 
 
 def exact_route(costs: Array, first: Array, n: int) -> np.ndarray:

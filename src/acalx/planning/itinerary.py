@@ -12,7 +12,7 @@ import numpy as np
 
 from acalx.errors import ArgumentError
 from acalx.numerics.arrays import Array
-from acalx.numerics.routes import shortest_route
+from acalx.numerics.routes import MOST_EXACT, shortest_route
 from acalx.options import is_number
 from acalx.stands import Stand
 
@@ -45,14 +45,15 @@ class Itinerary:
     @property
     def travel(self) -> float:
         """Sum of what all the angles turn by, in rad."""
-        moves = _moves(self.stand, self.settings[:-1], self.settings[1:])
+        moves = _between(self.stand, self.settings[:-1], self.settings[1:])
         angles = [setting.unit.turn is not None for setting in self.stand.settings]
         return float(moves[:, angles].sum())
 
     @property
     def seconds(self) -> float:
         """Time that the moves between the positions take, in s, without that spent in them."""
-        return float((_moves(self.stand, self.settings[:-1], self.settings[1:]) / self.stand.speeds).max(axis=1).sum())
+        moves = _between(self.stand, self.settings[:-1], self.settings[1:])
+        return float((moves / self.stand.speeds).max(axis=1).sum())
 
     def entries(self, dwell_s: float) -> dict[str, float]:
         """Travel and total time, where the table stays so many seconds in each position, for a file."""
@@ -138,6 +139,7 @@ def _shortest(stand: Stand, settings: Array, held: int, rng: np.random.Generator
     nodes = stand.equivalents(free)  # (k, n, d)
     ways = nodes.reshape(-1, nodes.shape[-1])
     costs = _cost(stand, ways[:, None, :], ways[None, :, :])
+    costs = costs if len(free) <= MOST_EXACT else 0.5 * (costs + costs.T)  # beyond, ways there and back are taken alike
     first = _cost(stand, settings[held - 1], ways) if held else np.zeros(len(ways))
     return np.asarray(ways[shortest_route(costs, first, len(free), rng)])
 
@@ -149,13 +151,16 @@ ORDERS: Mapping[str, Callable[[Stand, Array, int, np.random.Generator], Array]] 
 
 def _cost(stand: Stand, start: Array, end: Array) -> Array:
     """Seconds of moves, (...), with a little for the travel of all axes."""
-    seconds = _moves(stand, start, end) / stand.speeds
+    seconds = _between(stand, start, end) / stand.speeds
     return np.asarray(seconds.max(axis=-1) + _TRAVEL_WEIGHT * seconds.sum(axis=-1))
 
 
-def _moves(stand: Stand, start: Array, end: Array) -> Array:
-    """By how much each setting changes, (..., d); where every angle can be set, by the shorter way."""
-    moves = np.abs(end - start)
+def _between(stand: Stand, position: Array, following: Array) -> Array:
+    """By how much each setting changes between positions, (..., d); where every angle can be set, by the shorter way.
+
+    From the end of the one to the beginning of the other.
+    """
+    moves = np.abs(stand.starts(following) - stand.ends(position))
     around = np.array([setting.full_turn for setting in stand.settings])
     turned = moves % (2.0 * math.pi)
     return np.where(around, np.minimum(turned, 2.0 * math.pi - turned), moves)

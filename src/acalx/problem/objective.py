@@ -17,11 +17,11 @@ from acalx.quantities.stimulus import Stimulus
 
 __all__ = ["Linearization", "Objective", "Placement", "Response"]
 
+# Entries that are so small beside the largest of their output are rounding.
+_ROUNDING = 1e-13
 # Regressors of at most this many bytes are computed at a time: large enough that calls don't
 # count, small enough that the C library keeps the memory instead of asking for fresh pages at
 # each call, which would take as long as the arithmetic; and a bound on memory.
-# Entries that are so small beside the largest of their output are rounding.
-_ROUNDING = 1e-13
 _CHUNK_BYTES = 2**18
 
 

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import final
 
 import numpy as np
 
@@ -10,13 +12,13 @@ from acalx.errors import DataError
 from acalx.estimation import Calibration, Readings
 from acalx.estimation.columns import Known, needs_of
 from acalx.estimation.correction import Correctly, ModelCorrection
-from acalx.estimation.files import data_file, find_columns
+from acalx.estimation.files import data_file, deviations_of, find_columns
 from acalx.estimation.residuals import names_of_residuals, suffix
 from acalx.numerics.arrays import Array
 from acalx.recording.run_directory import RunDirectory
 from acalx.stands import Stand
 
-__all__ = ["corrected_message", "record", "record_corrected", "record_intervals", "record_result"]
+__all__ = ["Corrected", "record", "record_corrected", "record_intervals", "record_result"]
 
 # Mean magnitudes outside these, in g, are questioned: a moving sensor too feels about 1 g on average.
 _PLAUSIBLE = 0.5, 2.0
@@ -61,14 +63,14 @@ def _told(calibration: Calibration) -> dict[str, Array]:
     return {f"residual{unit}": residual, "leverage": calibration.leverage, "studentized": calibration.studentized}
 
 
-def record_intervals(readings: Readings, directory: RunDirectory) -> None:
-    """static.csv: the static positions that were found in a recording."""
+def record_intervals(readings: Readings, columns: Sequence[str], directory: RunDirectory) -> None:
+    """static.csv: the static positions that were found in a recording, by the names of the channels."""
     assert readings.deviations is not None  # a recording gives both
     assert readings.counts is not None
     rows = np.column_stack([readings.means, readings.deviations]).tolist()
     directory.write_table(
         "static.csv",
-        ["position", "n", "ax", "ay", "az", "sx", "sy", "sz"],
+        ["position", "n", *columns, *deviations_of(columns)[0]],
         ([k, int(n), *map(repr, row)] for k, (n, row) in enumerate(zip(readings.counts, rows, strict=True), 1)),
     )
 
@@ -86,9 +88,44 @@ def record_result(calibration: Calibration, directory: RunDirectory, seconds: fl
     )
 
 
+@final
+@dataclass(frozen=True)
+class Corrected:
+    """Readings that were made right.
+
+    Parameters
+    ----------
+    count : int
+    magnitude : float or None
+        Mean of the corrected ones of a triad that feels a vector of length 1; None of others.
+    unit : str
+        Of the first channel.
+    """
+
+    count: int
+    magnitude: float | None
+    unit: str
+
+    @property
+    def message(self) -> str:
+        """How many there are, and a question where their mean magnitude is far from 1."""
+        if self.magnitude is None:
+            return f"{self.count} readings corrected"
+        message = f"{self.count} readings corrected; their mean magnitude is {self.magnitude:.6g} {self.unit}"
+        if not _PLAUSIBLE[0] < self.magnitude < _PLAUSIBLE[1]:
+            message += f", far from 1 {self.unit}: are they in the unit that the calibration was made in?"
+        return message
+
+    @property
+    def entries(self) -> dict[str, float | None]:
+        """The same for a file."""
+        unit = "g" if self.magnitude is None else suffix(self.unit)
+        return {"n": self.count, f"mean_magnitude_{unit}": self.magnitude}
+
+
 def record_corrected(
     correction: Correctly, data: str, columns: Sequence[str], directory: RunDirectory, stand: Stand | None = None
-) -> tuple[int, float | None]:
+) -> Corrected:
     """corrected.csv: the lines of a file again, each with the corrected readings behind it.
 
     The file is read and written a block of lines at a time, so it may be larger than memory.
@@ -103,10 +140,6 @@ def record_corrected(
     directory : RunDirectory
     stand : Stand, optional
         From whose settings in the file it is known what else the correction takes.
-
-    Returns
-    -------
-    number of readings, and the mean magnitude of the corrected ones of a triad, in its unit; None of others
 
     Raises
     ------
@@ -137,14 +170,5 @@ def record_corrected(
             magnitude += float(np.linalg.norm(corrected, axis=1).sum())
         if count == 0:
             raise DataError(f"{file.path}: a header but no readings below it")
-    return count, magnitude / count if len(units) == 3 and set(units) <= {"g", "field"} else None
-
-
-def corrected_message(count: int, magnitude: float | None) -> str:
-    """How many readings were corrected, and a question where the mean magnitude of a triad's is far from 1."""
-    if magnitude is None:
-        return f"{count} readings corrected"
-    message = f"{count} readings corrected; their mean magnitude is {magnitude:.6g} g"
-    if not _PLAUSIBLE[0] < magnitude < _PLAUSIBLE[1]:
-        message += ", far from 1 g: are they in the unit that the calibration was made in?"
-    return message
+    whole = len(units) == 3 and units[0] in ("g", "field") and len(set(units)) == 1
+    return Corrected(count, magnitude / count if whole else None, units[0])

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from acalx.errors import ArgumentError, CompatibilityError, Option
-from acalx.models import Joined, Model, parts_of
+from acalx.models import Composite, Joined, Model, parts_of
 from acalx.numerics.arrays import Array
 from acalx.optimizers import Optimizer
 from acalx.problem import Problem
@@ -109,6 +109,14 @@ def kinds_of(scheme: Scheme, problem: Problem) -> dict[str, Model]:
     found: dict[str, list[Model]] = {}
     for model in parts_of(problem.model):
         found.setdefault(model.kind, []).append(model)
+    shared = problem.model.shared if isinstance(problem.model, Composite) else ()
+    if len(found) == 1 and shared:
+        raise CompatibilityError(
+            "{name} designs for each kind of sensors separately, but they share {shared}; use {joint}",
+            name=name,
+            shared=", ".join(shared),
+            joint=joint,
+        )
     if len(found) == 1:
         raise CompatibilityError(
             "{name} designs for each kind of sensors separately, but model {model} has one kind only; use {joint}, "

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, ClassVar, final
 
+from acalx.errors import ArgumentError
 from acalx.options import require_count
 from acalx.sensors.base import Channel, suits
 from acalx.sensors.polynomial import Polynomial, Term, require_noise
@@ -44,6 +45,8 @@ class AccelArray(Polynomial):
 
     def __post_init__(self) -> None:
         require_count("triads", self.triads)
+        if self.triads == 1:
+            raise ArgumentError.of("triads", 1, "give 2 or more; one triad alone is model scalar_accel", 2)
         require_noise("noise_g", self.noise_g)
 
     @property

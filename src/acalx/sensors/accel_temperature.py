@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import chain
 from typing import Any, ClassVar, final
 
 from acalx.quantities.parameter import Parameter
@@ -64,8 +63,7 @@ class AccelTemperature(Polynomial):
     @cached_property
     def terms(self) -> tuple[Term, ...]:
         """Of each accelerometer those without the temperature, then those with it."""
-        each = ((*axis_terms("f", "g", axis, k), *_thermal(axis, k)) for k, axis in enumerate("xyz"))
-        return tuple(chain.from_iterable(each))
+        return tuple(t for k, a in enumerate("xyz") for t in (*axis_terms("f", "g", a, k), *_thermal(a, k)))
 
 
 def _thermal(axis: str, channel: int) -> list[Term]:

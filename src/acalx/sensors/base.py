@@ -12,7 +12,7 @@ import numpy as np
 
 from acalx.errors import ArgumentError
 from acalx.numerics.arrays import Array
-from acalx.numerics.differences import STEP, differences, steps_of
+from acalx.numerics.differences import STEP, differences, differences_at, settled, steps_at
 from acalx.options import is_number
 from acalx.quantities.parameter import Parameter
 from acalx.quantities.stimulus import AT_REST, VECTORS, Stimulus
@@ -180,8 +180,10 @@ class Sensor(ABC):
 
     def by_parameters(self, parameters: Array, stimulus: Stimulus) -> Array:
         """Derivatives of the readings by the parameters, (..., n, k, p); numerical by default."""
-        sizes = [abs(one.nominal) or min(1.0, 100.0 * (one.scatter or 1.0)) for one in self.parameters]
-        return differences(lambda shift: self.readings(parameters + shift, stimulus), STEP * np.array(sizes))
+        sizes = [max(abs(one.nominal), min(1.0, 100.0 * (one.scatter or 1.0))) for one in self.parameters]
+        few = stimulus.made({name: stimulus[name][..., :2, :] for name in self.needs})
+        steps = settled(lambda shift: self.readings(self.nominal + shift, few), STEP * np.array(sizes))
+        return differences(lambda shift: self.readings(parameters + shift, stimulus), steps)
 
     def by_stimulus(self, parameters: Array, stimulus: Stimulus) -> dict[str, Array]:
         """Derivatives of the readings by each quantity of `needs`, arrays (..., n, k, width); numerical by default."""
@@ -192,7 +194,7 @@ class Sensor(ABC):
             def shifted(shift: Array, name: str = name, value: Array = value) -> Array:
                 return self.readings(parameters, stimulus.made({**stimulus, name: value + shift}))
 
-            found[name] = differences(shifted, steps_of(value))
+            found[name] = differences_at(shifted, value, steps_at(value), 1)
         return found
 
     def felt(self, parameters: Array, readings: Array, known: Stimulus | None = None) -> Stimulus:
@@ -256,4 +258,8 @@ def _solved(matrix: Array, vector: Array) -> Array:
     try:
         return np.asarray(np.linalg.solve(matrix, vector[..., None])[..., 0])
     except np.linalg.LinAlgError:
-        return np.asarray((np.linalg.pinv(matrix) @ vector[..., None])[..., 0])
+        regular = np.array(np.isfinite(matrix).all(axis=(-2, -1)))
+        regular[regular] = np.linalg.matrix_rank(matrix[regular]) == matrix.shape[-1]
+        found = np.full(vector.shape, np.nan)
+        found[regular] = np.linalg.solve(matrix[regular], vector[regular][..., None])[..., 0]
+        return found

@@ -9,7 +9,6 @@ from functools import cached_property
 from typing import Any, ClassVar, final
 
 from acalx.errors import ArgumentError
-from acalx.options import keep
 from acalx.quantities.parameter import Parameter
 from acalx.quantities.stimulus import EARTH_RATE
 from acalx.sensors.base import Channel, suits
@@ -64,7 +63,7 @@ class IMU(Polynomial):
         known, given = [own + axis for own in "xyz" for axis in "xyz"], self.arms
         if isinstance(given, str) or not isinstance(given, Sequence) or not set(given) <= set(known):
             raise ArgumentError.of("arms", given, f"give some of {', '.join(known)}", ["xx", "yy", "zz"])
-        keep(self, "arms")
+        object.__setattr__(self, "arms", tuple(arm for arm in known if arm in given))
         require_noise("accel_noise_g", self.accel_noise_g)
         require_noise("gyro_noise_deg_s", self.gyro_noise_deg_s)
 

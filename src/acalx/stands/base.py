@@ -89,6 +89,14 @@ class Stand(ABC):
         """Of the motion within a position, where there is one; None, the default: what is felt does not change."""
         return None
 
+    def starts(self, settings: Array) -> Array:
+        """Settings (..., n, d) at the beginning of each position; by default those that it has throughout."""
+        return settings
+
+    def ends(self, settings: Array) -> Array:
+        """The same at its end."""
+        return settings
+
     def derivative(self, settings: Array) -> Stimulus:
         """Derivatives of the stimulus with respect to the settings, arrays (..., n, width, d).
 

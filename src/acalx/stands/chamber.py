@@ -50,6 +50,7 @@ class Chamber(Rotary):
 
     turns: ClassVar[Mapping[str, str]] = {"alpha1": "-y", "alpha2": "x"}
     surroundings: ClassVar[Mapping[str, Vector]] = {"specific_force": UP}
+    frequencies: ClassVar[tuple[int, ...]] = (1, 1, 1)
     alpha1_deg: Sequence[float] = limits(0.0, 360.0)
     alpha2_deg: Sequence[float] = limits(0.0, 360.0)
     temperature_degC: Sequence[float] = limits(-20.0, 60.0, CELSIUS)  # noqa: N815 - as it is written
@@ -69,6 +70,6 @@ class Chamber(Rotary):
 
     def derivative(self, settings: Array) -> Stimulus:
         """Its exact derivatives, (..., n, 3, 3) and (..., n, 1, 3)."""
-        by_force = np.insert(super().derivative(settings)["specific_force"], 2, 0.0, axis=-1)
+        by_force = np.insert(self.by_angles(settings)["specific_force"], 2, 0.0, axis=-1)
         by_temperature = np.broadcast_to([0.0, 0.0, 1.0], (*settings.shape[:-1], 1, 3))
         return Stimulus(specific_force=by_force, temperature=by_temperature)

@@ -62,6 +62,7 @@ class RateTable(Rotary):
 
     turns: ClassVar[Mapping[str, str]] = {"alpha1": "-y", "alpha2": "x"}
     surroundings: ClassVar[Mapping[str, Vector]] = {"specific_force": UP}
+    frequencies: ClassVar[tuple[int, ...]] = (1, 1, 1)
     rate_deg_s: Sequence[float] = limits(-50.0, 50.0, DEGREE_PER_SECOND)
     alpha1_deg: Sequence[float] = limits(0.0, 360.0)
     alpha2_deg: Sequence[float] = limits(0.0, 360.0)
@@ -77,16 +78,17 @@ class RateTable(Rotary):
     def stimulus(self, settings: Array) -> Stimulus:
         """The vertical and the rate in sensor axes: settings (..., n, 3) in rad and rad/s."""
         vertical = vectors(turned(UP, self.turns_at(settings)), settings.shape[:-1])
-        return Stimulus(specific_force=vertical, angular_rate=self._turning(settings)[..., None] * vertical)
+        return Stimulus(specific_force=vertical, angular_rate=_turning(self, settings)[..., None] * vertical)
 
     def derivative(self, settings: Array) -> Stimulus:
         """Derivatives of both, (..., n, 3, 3)."""
         vertical, by_angle = differentiated(UP, self.turns_at(settings))
         by_force = derivatives([*by_angle, (None, None, None)], settings.shape[:-1])
-        by_rate = self._turning(settings)[..., None, None] * by_force
+        by_rate = _turning(self, settings)[..., None, None] * by_force
         by_rate[..., 2] = vectors(vertical, settings.shape[:-1]) / EARTH_RATE
         return Stimulus(specific_force=by_force, angular_rate=by_rate)
 
-    def _turning(self, settings: Array) -> Array:
-        """The rate about the vertical in units of the Earth's rate."""
-        return np.asarray(settings[..., 2] / EARTH_RATE + math.sin(math.radians(self.latitude_deg)))
+
+def _turning(table: RateTable, settings: Array) -> Array:
+    """The rate about the vertical in units of the Earth's rate."""
+    return np.asarray(settings[..., 2] / EARTH_RATE + math.sin(math.radians(table.latitude_deg)))

@@ -40,7 +40,9 @@ class Rotary(Stand):
     - `surroundings`, the vectors that are felt at zero angles;
     - `installed`, where it is known what its axes may be off by.
 
-    Settings, stimulus, its exact derivative, aiming and all the rest follow.
+    Settings, stimulus, its exact derivative, aiming and all the rest follow. One that has further settings behind the
+    angles, or feels more, gives `settings` and `stimulus`; then its derivative is numerical and no bound is proved,
+    until it gives `derivative` and `frequencies` too.
 
     Parameters
     ----------
@@ -94,16 +96,20 @@ class Rotary(Stand):
         return Stimulus({name: vectors(turned(felt, turns), shape) for name, felt in self.surroundings.items()})
 
     def derivative(self, settings: Array) -> Stimulus:
-        """Its exact derivatives, arrays (..., n, 3, d)."""
+        """Its exact derivatives, arrays (..., n, 3, d); numerical of a stand that feels more than its surroundings."""
+        return self.by_angles(settings) if self._plain else super().derivative(settings)
+
+    def by_angles(self, settings: Array) -> Stimulus:
+        """Exact derivatives of the surroundings in sensor axes by the angles, arrays (..., n, 3, angles)."""
         turns, shape = self.turns_at(settings), settings.shape[:-1]
         return Stimulus(
             {name: derivatives(differentiated(felt, turns)[1], shape) for name, felt in self.surroundings.items()}
         )
 
     @property
-    def frequencies(self) -> tuple[int, ...]:
-        """One in each setting."""
-        return (1,) * len(self.settings)
+    def frequencies(self) -> tuple[int, ...] | None:
+        """One in each angle; None, unknown, of a stand that feels more than its surroundings, unless it says more."""
+        return (1,) * len(self.turns) if self._plain else None
 
     def aim(self, directions: Array) -> Array:
         """Settings for directions of the vertical in sensor axes, (..., n, 3) to (..., n, d), at rest.
@@ -151,6 +157,11 @@ class Rotary(Stand):
         turns = [(*PLANES[axis], *known[name]) for name, axis in self.installed.items()]
         shape = np.broadcast_shapes(settings.shape[:-1], errors.shape[:-1])
         return Stimulus({name: vectors(turned(felt, turns), shape) for name, felt in self.surroundings.items()})
+
+    @cached_property
+    def _plain(self) -> bool:
+        """Whether its angles are all that there is, and its surroundings all that is felt."""
+        return type(self).stimulus is Rotary.stimulus and len(self.settings) == len(self.turns)
 
     @cached_property
     def _planes(self) -> tuple[tuple[int, int], ...]:

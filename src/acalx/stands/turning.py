@@ -72,11 +72,6 @@ class Turning(Rotary):
             *(Setting.in_unit(f"{name}_rate", most, step, False, DEGREE_PER_SECOND) for name, most, step in rates),
         )
 
-    @property
-    def frequencies(self) -> None:  # type: ignore[override]
-        """None: along a motion what is felt is no trigonometric polynomial in the rates."""
-        return
-
     @cached_property
     def samples(self) -> Samples:
         """Of the motion, as many as the fastest and longest that the limits allow needs."""
@@ -90,7 +85,7 @@ class Turning(Rotary):
         felt = {name: turned(vector, turns) for name, vector in self.surroundings.items()}
         for k, axis in enumerate(self._axes):
             rate = rates[k] / EARTH_RATE
-            felt["angular_rate"] = added(felt["angular_rate"], turned(axis, turns[k + 1 :]), rate)
+            felt["angular_rate"] = added(felt.get("angular_rate", _NONE), turned(axis, turns[k + 1 :]), rate)
         felt["angular_acceleration"] = list(_NONE)
         for k, j, both in self._pairs(rates):
             felt["angular_acceleration"] = added(felt["angular_acceleration"], self._slope(turns, k, j), both)
@@ -119,6 +114,18 @@ class Turning(Rotary):
         total[..., count:] += times * total[..., :count]
         return total if weights is None else total.sum(axis=-2)
 
+    def starts(self, settings: Array) -> Array:
+        """Settings at the beginning of each reading."""
+        return self._moved(settings, -0.5 * self.averaging_s)
+
+    def ends(self, settings: Array) -> Array:
+        """The same at its end."""
+        return self._moved(settings, 0.5 * self.averaging_s)
+
+    def _moved(self, settings: Array, seconds: float) -> Array:
+        angles, rates = np.split(settings, 2, axis=-1)
+        return np.concatenate([angles + seconds * rates, rates], axis=-1)
+
     @cached_property
     def _axes(self) -> list[Sequence[Part]]:
         return [AXES[axis] for axis in self.turns.values()]
@@ -141,7 +148,8 @@ class Turning(Rotary):
         found: dict[str, list[Sequence[Part]]] = {
             name: [*differentiated(vector, turns)[1], *[_NONE] * count] for name, vector in self.surroundings.items()
         }
-        by_rate, by_change = found["angular_rate"], [_NONE] * (2 * count)
+        by_rate = found.setdefault("angular_rate", [_NONE] * (2 * count))
+        by_change = [_NONE] * (2 * count)
         for k, axis in enumerate(self._axes):
             by_rate[count + k] = added(_NONE, turned(axis, turns[k + 1 :]), 1.0 / EARTH_RATE)
         for k, j, both in self._pairs(rates):

@@ -14,7 +14,7 @@ from acalx.numerics.arrays import Array
 from acalx.options import require_steps
 from acalx.quantities.stimulus import EARTH_RATE, Stimulus
 from acalx.quantities.units import SECOND
-from acalx.stands.base import Setting, Stand
+from acalx.stands.base import Setting
 from acalx.stands.fields import limits, number
 from acalx.stands.motion import MOST_HALF, Samples, samples
 from acalx.stands.rotary import Rotary
@@ -95,11 +95,6 @@ class Turntable(Rotary):
         felt["angular_rate"] = felt["angular_rate"] + rate[..., None, None] * felt["specific_force"]
         return Stimulus(felt, weights=self.samples.weights)
 
-    def derivative(self, settings: Array) -> Stimulus:
-        """Its derivatives by differences, arrays (..., n, samples, 3, 3)."""
-        return Stand.derivative(self, settings)
-
-    @property
-    def frequencies(self) -> None:  # type: ignore[override]
-        """None: along a turn what is felt is no trigonometric polynomial in its angle."""
-        return
+    def starts(self, settings: Array) -> Array:
+        """Where each turn begins: north."""
+        return np.concatenate([np.zeros_like(settings[..., :1]), settings[..., 1:]], axis=-1)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from acalx.models import Compared, Comparison, Model
+from acalx.models.table import Table
 from acalx.numerics.arrays import Array
 from acalx.quantities.stimulus import UNITS_OF, Stimulus
 from acalx.sensors import Sensor
@@ -65,11 +66,26 @@ def check_sensor(sensor: Sensor, stand: Stand, *, seed: int = 0) -> None:
             rule = f"by_stimulus agrees with the numerical derivative by {name}"
             require_close(sensor, rule, np.broadcast_to(exact[name], expected.shape), expected, _TEN_DIGITS)
         _check_noise(sensor, stimulus, (*stack, N))
+        _check_table(sensor, stimulus)
         if sensor.senses:
             felt = sensor.felt(parameters, found, stimulus)
             for name in sensor.senses:
                 rule = f"felt finds the {name} from readings without noise"
                 require_close(sensor, rule, felt[name], np.broadcast_to(stimulus[name], felt[name].shape), 1e-9)
+
+
+def _check_table(sensor: Sensor, stimulus: Stimulus) -> None:
+    """A table of products beside the readings, (..., n, k), of a sensor without errors."""
+    if sensor.table is None:
+        return
+    k, p = len(sensor.channels), len(sensor.parameters)
+    rows = Table(k, p, tuple(sensor.table)).rows(stimulus)
+    expected = np.broadcast_to(Sensor.by_parameters(sensor, sensor.nominal, stimulus), rows.shape)
+    require_close(sensor, "the products of the table are the derivatives of the readings", rows, expected, _TEN_DIGITS)
+    if sensor.ideal and not sensor.nominal.any():
+        table = tuple((channel, 0, factor, product) for channel, factor, product in sensor.ideal)
+        found, reads = Table(k, 1, table).rows(stimulus)[..., 0], sensor.readings(sensor.nominal, stimulus)
+        require_close(sensor, "ideal is what a sensor without errors reads", found, reads, 1e-9)
 
 
 def _check_noise(sensor: Sensor, stimulus: Stimulus, shape: tuple[int, ...]) -> None:

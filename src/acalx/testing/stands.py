@@ -8,6 +8,7 @@ from acalx.errors import CompatibilityError
 from acalx.numerics.arrays import Array
 from acalx.quantities.stimulus import VECTORS, Stimulus
 from acalx.stands import Setting, Stand
+from acalx.stands.degrees import wrong_degree
 from acalx.testing.rules import (
     STACKS,
     N,
@@ -36,6 +37,7 @@ def check_stand(stand: Stand, *, seed: int = 0) -> None:
     require(
         len(set(stand.axes.names)) == len(settings), stand, f"each setting has its own name, got {stand.axes.names}"
     )
+    require(not wrong_degree(stand), stand, "frequencies are the degrees of the stimulus in each setting, or None")
     for stack in STACKS:
         shape = (*stack, N)
         angles, again = (stand.axes.random(np.random.default_rng(seed), shape) for _ in range(2))
