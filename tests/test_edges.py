@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
@@ -13,8 +14,8 @@ import pytest
 
 from acalx import IMU, D, Problem, TwoAxis, TwoAxisRateTable
 from acalx.bounds import bound
-from acalx.errors import ArgumentError, CompatibilityError, DataError, PluginError
-from acalx.estimation import Readings, calibrate
+from acalx.errors import ArgumentError, CompatibilityError, DataError, PluginError, SingularError
+from acalx.estimation import Readings, calibrate, read_readings
 from acalx.models import Angle, Compared, Joined, Magnitude, Outputs, VectorAccel, as_model
 from acalx.models.numerical import numerical_derivative
 from acalx.numerics.arrays import Array
@@ -38,6 +39,7 @@ from acalx.stands import RateTable, Rotary, Setting, Turning, Turntable
 from acalx.stands.fields import limits, step
 from acalx.stands.turns import UP, Vector
 from acalx.testing import check_sensor, check_stand
+from command import assert_refused, run
 
 RNG = np.random.default_rng(0)
 ANY = TwoAxis().axes.random(RNG, (12,))
@@ -129,7 +131,7 @@ class Tabled(Sensor):
         return np.asarray(parameters[..., None, 0] + (1.0 + parameters[..., None, 1]) * force)[..., None]
 
 
-@pytest.mark.parametrize(("wrong", "name"), [(Tabled(slope=7.0), "table"), (Tabled(ideally=2.0), "ideal")])
+@pytest.mark.parametrize(("wrong", "name"), [(Tabled(slope=7.0), "table"), (Tabled(ideally=1.5), "ideal")])
 def test_products_that_are_not_those_of_the_readings_are_refused(wrong: Tabled, name: str) -> None:
     check_sensor(Tabled(), TwoAxis())
     assert np.isfinite(Problem(TwoAxis(), Tabled(), D(), 6).loss(ANY[:6]))
@@ -511,3 +513,169 @@ def test_a_parameter_of_a_small_scale_has_the_right_derivative() -> None:
     sensor = Waving()
     found = sensor.by_parameters(sensor.nominal, TURNED)[..., 0, 1]
     np.testing.assert_allclose(found, 1e4 * math.cos(1e-5) * TURNED["specific_force"][..., 0], rtol=1e-8, atol=1e-6)
+
+
+# ---------------------------------------------------------------- units of products, and of settings
+
+
+@dataclass(frozen=True)
+class Plain(Polynomial):
+    """One axis, written without a thought of units: a channel, a bias and a scale."""
+
+    letter: str = "wx"
+    unit: str = "deg/s"
+    factor: float = 1.0
+    nominal_scale: float = 0.0
+
+    @property
+    def channels(self) -> tuple[Channel, ...]:
+        return (Channel("x", self.unit, 0.01),)
+
+    @property
+    def terms(self) -> tuple[Term, ...]:
+        scale = Parameter("scale", "scale", "1", nominal=self.nominal_scale)
+        ideal = () if self.nominal_scale else (Term(None, self.letter, self.factor),)
+        return (*ideal, Term(Parameter("bias", "bias", self.unit)), Term(scale, self.letter, self.factor))
+
+
+@pytest.mark.parametrize("nominal", [0.0, 1.0])
+@pytest.mark.parametrize(
+    ("letter", "unit", "quantity", "most"),
+    [("wx", "deg/s", "angular_rate", 100.0), ("fx", "m/s^2", "specific_force", 9.80665), ("fx", "g", "", 1.0)],
+)
+def test_products_are_in_the_unit_of_the_channel_that_reads_them(
+    letter: str, unit: str, quantity: str, most: float, nominal: float
+) -> None:
+    sensor = Plain(letter, unit, nominal_scale=nominal)
+    assert list(sensor.needs.values()) == [unit]
+    stand = TwoAxisRateTable(averaging_s=0.0)
+    settings = np.array([[[0.0, 0.0, math.radians(100.0), 0.0], [math.pi / 2.0, math.pi / 2.0, 0.0, 0.0]]])
+    read = as_model(sensor).readings(sensor.nominal, stand.stimulus(settings))
+    assert np.abs(read).max() == pytest.approx(most, rel=1e-4)
+
+
+def test_a_factor_may_bring_what_stands_give_into_the_unit_of_a_channel() -> None:
+    assert as_model(Plain("fx", "m/s^2", 9.80665)).needs == {"specific_force": "g"}
+    with pytest.raises(PluginError, match=r"reads 57\.3 times the angular rate in earth_rate, where 0\.004178"):
+        as_model(Plain(factor=57.3))
+
+
+@dataclass(frozen=True)
+class Doubled(Plain):
+    """It says the unit itself, and the factor as if it had not."""
+
+    needs: ClassVar[Mapping[str, str]] = {"angular_rate": "deg/s"}  # type: ignore[assignment]
+
+
+def test_a_factor_beside_a_unit_that_makes_it_wrong_is_refused() -> None:
+    with pytest.raises(PluginError, match=r"channel x in deg/s reads 57\.3 times the angular rate in deg/s, where 1"):
+        as_model(Doubled(factor=57.3))
+
+
+def test_a_channel_that_there_is_not_is_refused() -> None:
+    @dataclass(frozen=True)
+    class Third(Plain):
+        @property
+        def terms(self) -> tuple[Term, ...]:
+            return (*super().terms, Term(Parameter("late", "bias", "deg/s"), "wx", 1.0, 3))
+
+    with pytest.raises(PluginError, match="a product of channel 3, but there are 1, counted from 0"):
+        as_model(Third())
+
+
+def test_readings_along_a_motion_are_corrected_by_that() -> None:
+    sensor = IMU()
+    stand, model = TwoAxisRateTable(), as_model(sensor)
+    rng = np.random.default_rng(11)
+    felt = stand.stimulus(stand.axes.random(rng, (20,)))
+    scatter = np.array([one.scatter or 0.01 for one in model.parameters])
+    truth = model.nominal + scatter * rng.standard_normal(len(scatter))
+    found = model.corrected(truth, model.readings(truth, felt), felt)
+    np.testing.assert_allclose(found, model.readings(model.nominal, felt), atol=1e-9)
+
+
+def test_axes_the_other_way_round_are_named() -> None:
+    triad = VectorAccel(noise_g=1e-4)
+    means = -TURNED["specific_force"] + 1e-4 * RNG.standard_normal((12, 3))
+    found = calibrate(Readings("turned", means, stimulus=Stimulus(specific_force=TURNED["specific_force"])), triad)
+    assert any("scale_x, scale_y, scale_z below -1" in remark for remark in found.remarks())
+
+
+HALL = """
+import math
+from dataclasses import dataclass
+from acalx import Channel, Parameter, Polynomial, Setting, Stand, Stimulus, Term
+from acalx.quantities.units import Unit
+
+KILOPASCAL = Unit("kPa", "kPa", "kilopascals", 1000.0)
+
+
+@dataclass(frozen=True)
+class Vessel(Stand):
+    @property
+    def settings(self):
+        return (Setting("pressure", 1e4, 2e5, None, False, KILOPASCAL),)
+
+    def stimulus(self, settings):
+        return Stimulus({"pressure": settings / 1e3}, units={"pressure": "kPa"})
+
+
+@dataclass(frozen=True)
+class Gauge(Polynomial):
+    needs = {"pressure": "kPa"}
+    usual = {"criterion": "d", "errors": "usual", "optimizer": "gradient", "n": 6}
+
+    @property
+    def channels(self):
+        return (Channel("p", "kPa", 0.1),)
+
+    @property
+    def terms(self):
+        one = (("pressure", 0),)
+        return (
+            Term(None, one),
+            Term(Parameter("bias", "bias", "kPa", scatter=1.0)),
+            Term(Parameter("scale", "scale", "1", scatter=0.01), one),
+        )
+"""
+
+
+def test_settings_in_a_unit_of_somebody_s_own_go_the_whole_way(tmp_path: Path) -> None:
+    (tmp_path / "hall.py").write_text(HALL, encoding="utf-8")
+    own = ("model=custom", "model._target_=hall.Gauge", "stand=custom", "stand._target_=hall.Vessel", "figures=false")
+    designed = run(tmp_path, *own, "optimizer.starts=2", "certificate=false", into="d")
+    assert designed.status == 0, designed.err
+    rows = designed.rows("program.csv")
+    assert {round(float(row["pressure_kPa"])) for row in rows} == {10, 200}
+    program = f"program={designed.directory / 'program.csv'}"
+    evaluated = run(tmp_path, *own, program, "certificate=false", into="e", entry="evaluate")
+    assert evaluated.status == 0, evaluated.err
+    simulated = run(tmp_path, *own, program, "trials=200", into="s", entry="simulate")
+    assert simulated.status == 0, simulated.err
+    text = [
+        ["pressure_kPa", "p"],
+        *([row["pressure_kPa"], str(1.01 * float(row["pressure_kPa"]) + 0.5)] for row in rows),
+    ]
+    (tmp_path / "read.csv").write_text("\n".join(map(",".join, text)), encoding="utf-8")
+    calibrated = run(tmp_path, *own, "data=read.csv", into="c", entry="calibrate")
+    assert calibrated.status == 0, calibrated.err
+    corrected = run(tmp_path, "apply=c", "data=read.csv", into="a", entry="calibrate")
+    assert corrected.status == 0, corrected.err
+    (tmp_path / "alone.csv").write_text("p\n10\n20\n", encoding="utf-8")
+    alone = run(tmp_path, "apply=c", "data=alone.csv", into="b", entry="calibrate")
+    assert_refused(alone, "corrected by what is known of each position", "pressure_kPa")
+
+
+def test_what_is_colder_than_anything_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "cold.csv"
+    path.write_text("temperature_K,ax,ay,az\n-20,1,0,0\n20,0,1,0\n", encoding="utf-8")
+    with pytest.raises(DataError, match="temperature_K: -20 K is below absolute zero"):
+        read_readings(path, quantities={"temperature": "degC"})
+
+
+def test_a_remedy_is_one_that_there_is() -> None:
+    means = np.concatenate([TURNED["specific_force"][:1] + 1e-4 * RNG.standard_normal((6, 3))])
+    known = Stimulus(specific_force=np.repeat(TURNED["specific_force"][:1], 6, axis=0))
+    with pytest.raises(SingularError) as found:
+        calibrate(Readings("alike", means, stimulus=known), VectorAccel(noise_g=1e-4))
+    assert "groups" not in str(found.value)

@@ -185,7 +185,10 @@ def _peaks(problem: Problem, support: Array, grid: Array, points: Array) -> tupl
 
     stand = problem.stand
     lower, upper = stand.axes.limits_around(best, looked_at_stops(stand))
-    minima = minimize_stack(objective, best, lower, upper, tolerance=1e-10, loss_tolerance=_CLIMB, iterations=200)
+    sizes = stand.axes.sizes
+    minima = minimize_stack(
+        objective, best, lower, upper, tolerance=1e-10, loss_tolerance=_CLIMB, iterations=200, sizes=sizes
+    )
     order = np.argsort(minima.loss)
     if all(zone.exact for zone in stand.zones):
         return minima.x[order], -minima.loss[order]

@@ -29,7 +29,7 @@ def problem_of(config: DictConfig) -> Problem:
     several = config.objectives is not None
     criterion = build_objectives(config) if several else build(config, "criterion", Criterion)
     _check_target(config, criterion)
-    fixed = None if config.fixed is None else find_program(str(config.fixed)).settings_for(stand)
+    fixed = None if config.fixed is None else find_program(str(config.fixed), stand).settings_for(stand)
     n = usual_n(model) if config.n is None else config.n
     if isinstance(n, float) and n.is_integer():
         n = int(n)  # 1e9 is a float in YAML

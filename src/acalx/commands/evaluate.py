@@ -46,7 +46,7 @@ def run(config: DictConfig, directory: RunDirectory) -> int:
     stand, model = build(config, "stand", Stand), build_model(config)
     criterion = build(config, "criterion", Criterion)
     directory.remember(model=described(model), stand=described(stand), criterion=described(criterion))
-    program = find_program(name)
+    program = find_program(name, stand)
     directory.remember(n=program.n)
     evaluation = evaluate(program, stand, model, criterion, certificate=False, dwell_s=config.dwell_s)
     show_program(evaluation)

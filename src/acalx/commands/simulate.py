@@ -49,9 +49,9 @@ def run(config: DictConfig, directory: RunDirectory) -> int:
     started = time.perf_counter()
     names = _names(config)
     directory.remember(inestimable=[], seed=config.seed, trials=config.trials)
-    programs = find_programs(names)
-    directory.remember(program=[program.name for program in programs], n=max(program.n for program in programs))
     stand, model = build(config, "stand", Stand), build_model(config)
+    programs = find_programs(names, stand)
+    directory.remember(program=[program.name for program in programs], n=max(program.n for program in programs))
     errors = build(config, "errors", ErrorSources)
     given = config.estimator is not None
     estimator = build(config, "estimator", Estimator) if given else default_estimator(model)

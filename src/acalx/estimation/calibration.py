@@ -213,6 +213,14 @@ class Calibration:
                 f"{test['probability']:.2g}): something else is there, and the standard errors are too small"
             )
         found += self._question_noise()
+        turned = [
+            parameter.name
+            for parameter, value in zip(estimate.model.parameters, estimate.parameters, strict=True)
+            if parameter.unit == "1" and parameter.group.endswith("scale") and value < -1.0
+        ]
+        if turned:
+            question = "are signs and axes of what was felt right?"
+            found.append(f"{', '.join(turned)} below -1, as of an axis the other way round: {question}")
         if self.outlying:
             found.append(f"outlying: position {', '.join(map(str, self.outlying))}; look at it, or take a robust loss")
         return found

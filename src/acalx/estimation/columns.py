@@ -36,6 +36,7 @@ _SUFFIXES: Mapping[str, Mapping[str, str]] = MappingProxyType(
 # Those in which a quantity comes where the name of its column says none: others could be in several.
 _UNTOLD = {"specific_force": "g"}
 _KELVIN = 273.15
+_ZERO = {"K": 0.0, "degC": -_KELVIN}
 # Cosine of the angle between what settings and direction cosines say, 5 degrees: what a stand is off by is less.
 _ALIKE = 0.9962
 
@@ -136,6 +137,9 @@ class Known:
 
     def _in_unit(self, quantity: str, value: Array, given: str) -> tuple[Array, str]:
         """Values in the unit in which stands give the quantity, or in the wanted one that can't be had from that."""
+        if given in _ZERO and (value < _ZERO[given]).any():
+            names, _ = self.quantities[quantity]
+            raise DataError(f"{self.file.path}: {', '.join(names)}: {value.min():g} {given} is below absolute zero")
         usual, wanted = UNITS_OF.get(quantity, given), self.wanted[quantity]
         unit = wanted if wanted and conversion(usual, wanted) is None else usual
         if {given, unit} == {"degC", "K"}:

@@ -261,12 +261,10 @@ def _check_shown(readings: Readings, model: Model, estimator: Estimator, start: 
     information = model.with_prior(Information.from_regressors(rows[:, None, :], model.parameters))
     unseen = information.inestimable(_SHOWN_COEFFICIENT)
     if unseen:
-        several = len(parameter_groups(model.parameters)) > 1
+        fewer = len(parameter_groups(model.parameters)) > 1 and hasattr(model, "groups")
         raise SingularError(
             "{name}: {n} positions can't estimate all the {count} parameters; they can't see: {unseen}. "
-            "Visit more positions, or estimate fewer groups, as in {fewer}"
-            if several
-            else "Visit more positions",
+            "Visit more positions" + (", or estimate fewer groups, as in {fewer}" if fewer else ""),
             unseen,
             name=readings.name,
             n=readings.n,

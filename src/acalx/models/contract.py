@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
@@ -10,7 +11,7 @@ import numpy as np
 from acalx.errors import PluginError, asked
 from acalx.numerics.arrays import Array
 from acalx.quantities.parameter import Parameter
-from acalx.quantities.stimulus import Stimulus
+from acalx.quantities.stimulus import Stimulus, conversion
 from acalx.sensors.base import Channel, Sensor
 from acalx.sensors.polynomial import Polynomial, components_of, multiplied
 
@@ -20,6 +21,8 @@ __all__ = ["check_declared", "check_sensor"]
 _SLACK, _ROUNDING = 1e-5, 1e-8
 # Errors of a sensor that is tried, as small as steps of numerical derivatives.
 _OFF = 1e-3
+# A sensor without errors reads what is felt, or a part of it that is not far less.
+_HALF = 0.5
 
 
 def check_declared(sensor: Sensor) -> None:
@@ -57,9 +60,36 @@ def check_declared(sensor: Sensor) -> None:
         called = [item.name for item in items]
         if twice := sorted({each for each in called if called.count(each) > 1}):
             raise PluginError(f"{kind}.{what}: {_list(twice)} is there twice; each needs a name of its own")
+    _check_channels(sensor)
     if not np.isfinite(sensor.nominal).all():
         raise PluginError(f"{kind}.parameters: nominal values must be finite numbers")
     _check_correlation(sensor, f"{kind}.correlation")
+
+
+def _check_channels(sensor: Sensor) -> None:
+    """That products are those of channels that there are, and without errors read what is felt in the unit of these."""
+    kind, k = type(sensor).__name__, len(sensor.channels)
+    for number in [*(channel for channel, *_ in sensor.table or ()), *(channel for channel, *_ in sensor.ideal)]:
+        if not 0 <= number < k:
+            raise PluginError(f"{kind}: a product of channel {number}, but there are {k}, counted from 0")
+    nominal = sensor.nominal
+    scaled = ((channel, factor * nominal[p], product) for channel, p, factor, product in sensor.table or ())
+    sizes: dict[tuple[int, tuple[str, int]], float] = {}
+    for number, factor, product in (*sensor.ideal, *scaled):
+        if len(product) == 1:
+            sizes[number, product[0]] = sizes.get((number, product[0]), 0.0) + float(factor)
+    squares: dict[tuple[int, str], float] = {}
+    for (number, (quantity, _)), size in sizes.items():
+        squares[number, quantity] = squares.get((number, quantity), 0.0) + size**2
+    for (number, quantity), square in squares.items():
+        given, channel = sensor.needs[quantity], sensor.channels[number]
+        right = conversion(given, channel.unit)
+        if right is not None and square > 0.0 and not _HALF < math.sqrt(square) / right < 1.0 / _HALF:
+            raise PluginError(
+                f"{kind}: without errors channel {channel.name} in {channel.unit} reads {math.sqrt(square):.4g} times "
+                f"the {_words(quantity)} in {given}, where {right:.4g} would be right: put the factor right, or the "
+                "unit, in needs or in the channel"
+            )
 
 
 def check_sensor(sensor: Sensor, felt: Stimulus) -> None:

@@ -44,7 +44,8 @@ class Joined(Composite):
     def __post_init__(self) -> None:
         given, parts = self.parts, self._parts
         if not isinstance(parts, Sequence) or not parts or not all(isinstance(p, Model | Sensor) for p in parts):
-            raise ArgumentError.of("parts", given, "give a list of one or more models, or a mapping from names to them")
+            rule = "give a list of one or more models, or a mapping from names to them"
+            raise ArgumentError.of("parts", given, rule, {"accel": {"_target_": "acalx.models.ScalarAccel"}})
         if isinstance(self.common, str) or not isinstance(self.common, Sequence):
             raise ArgumentError.of("common", self.common, "give a list of names of parameters", ["misalignment_x"])
         keep(self, "parts", "common")

@@ -224,7 +224,9 @@ class SensorModel(Model):
         return felt_of(self.sensor, self.comparison, parameters, readings, others)
 
     def corrected(self, parameters: Array, readings: Array, known: Stimulus | None) -> Array:
-        """Readings as a sensor without errors would have given them."""
+        """Readings as a sensor without errors would have given them; along a motion that is known by what that does."""
+        if known is not None and known.weights is not None and set(self.needs) <= set(known):
+            return readings - self.readings(parameters, known) + self.readings(self.nominal, known)
         return corrected_of(self.sensor, parameters, readings, None if known is None else self.in_units(known).mean())
 
     @property

@@ -11,6 +11,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -54,6 +56,7 @@ def minimize_stack(
     iterations: int = 1000,
     project: Projection | None = None,
     known: Curvature | None = None,
+    sizes: Array | None = None,
 ) -> Minima:
     """Minimize s functions of k variables within bounds, all at once.
 
@@ -78,12 +81,41 @@ def minimize_stack(
     known : Curvature, optional
         What is known of the curvatures beforehand; brought up to date at the end, so that
         functions that change a little can be minimized again in fewer steps.
+    sizes : array (k,), optional
+        What is about as much of each variable, powers of two; all the same where they are not given.
     """
+    if sizes is not None and (sizes != 1.0).any():
+        return _sized(
+            partial(
+                minimize_stack,
+                tolerance=tolerance,
+                loss_tolerance=loss_tolerance,
+                iterations=iterations,
+                known=known,
+            ),
+            (objective, x, lower, upper, project),
+            sizes,
+        )
     runs = _Runs(objective, np.clip(x, lower, upper), lower, upper, project, known)
     for _ in range(iterations):
         if not runs.step(tolerance, loss_tolerance):
             break
     return runs.minima()
+
+
+def _sized(minimize: Callable[..., Minima], given: tuple[Any, ...], sizes: Array) -> Minima:
+    """Minima of the same functions of variables that are divided by their sizes."""
+    objective, x, lower, upper, project = given
+
+    def of_sized(y: Array, index: np.ndarray) -> tuple[Array, Array]:
+        value, gradient = objective(y * sizes, index)
+        return value, gradient * sizes
+
+    def projected(y: Array, allowed: Array) -> Array:
+        return np.asarray(project(y * sizes, allowed * sizes) / sizes)
+
+    found = minimize(of_sized, x / sizes, lower / sizes, upper / sizes, project=projected if project else None)
+    return Minima(found.x * sizes, found.loss, found.converged)
 
 
 class _Runs:

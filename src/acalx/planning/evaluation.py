@@ -168,7 +168,7 @@ def _program(program: Program | str | os.PathLike[str] | Array, stand: Stand) ->
     if isinstance(program, Program):
         return program
     if isinstance(program, str | os.PathLike):
-        return find_program(os.fspath(program))
+        return find_program(os.fspath(program), stand)
     try:
         settings = np.array(program, dtype=float)
     except (TypeError, ValueError) as error:

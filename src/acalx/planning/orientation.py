@@ -213,6 +213,7 @@ class _AnyRotation:
     """Every rotation vector is one."""
 
     active = False
+    sizes = np.ones(3)
 
     def limits_around(self, settings: Array) -> tuple[Array, Array]:
         infinite = np.full((len(settings), 3), np.inf)

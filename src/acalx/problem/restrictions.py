@@ -58,6 +58,11 @@ class Restrictions:
         """Number f of positions that are fixed."""
         return 0 if self.fixed is None else len(self.fixed)
 
+    @property
+    def sizes(self) -> Array:
+        """What is about as much of each setting, (d,): see `acalx.stands.axes.Axes.sizes`."""
+        return self.stand.axes.sizes
+
     def limits_around(self, settings: Array, hold: Sequence[bool] | None = None) -> tuple[Array, Array]:
         """Limits (..., n d) of all the angles around programs (..., n, d), infinite where there are none.
 

@@ -33,13 +33,15 @@ def published_for(stand: Stand) -> dict[str, Program]:
     return {name: program for name, program in published().items() if program.suits(stand)}
 
 
-def find_program(name_or_path: str) -> Program:
+def find_program(name_or_path: str, stand: Stand | None = None) -> Program:
     """Give a published program by its name, or read the one in a file.
 
     Parameters
     ----------
     name_or_path : str
         A name of `published`, else the path of a file for `read_program`.
+    stand : Stand, optional
+        In the units of whose settings the file may be.
 
     Raises
     ------
@@ -55,7 +57,7 @@ def find_program(name_or_path: str) -> Program:
         return _publish(name_or_path)
     path = os.path.expanduser(name_or_path)
     if os.path.basename(path) != path or path.lower().endswith(".csv") or os.path.exists(path):
-        return read_program(path)
+        return read_program(path, [] if stand is None else [setting.unit for setting in stand.settings])
     asked = name_or_path.strip().lower()
     close = [name for name in PUBLISHED if asked and asked in name] or difflib.get_close_matches(asked, PUBLISHED)
     raise ProgramError(

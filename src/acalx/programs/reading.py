@@ -5,6 +5,7 @@ from __future__ import annotations
 import difflib
 import itertools
 import os
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +13,7 @@ import numpy as np
 from acalx.errors import ProgramError
 from acalx.files import CsvFile, did_you_mean, is_number
 from acalx.programs.program import Program, first_not_unit, lengths_of
-from acalx.quantities.units import unit_of_column
+from acalx.quantities.units import Unit, unit_of_column
 
 __all__ = ["read_program"]
 
@@ -27,7 +28,7 @@ _COLUMNS = (
 )
 
 
-def read_program(path: str | os.PathLike[str]) -> Program:
+def read_program(path: str | os.PathLike[str], units: Sequence[Unit] = ()) -> Program:
     """Read a program from a CSV file, one position a row.
 
     The header names either the settings of a stand with their units, ``<setting>_deg`` for
@@ -43,6 +44,8 @@ def read_program(path: str | os.PathLike[str]) -> Program:
     Parameters
     ----------
     path : str or path
+    units : sequence of Unit
+        That settings may have beside those of acalx: a stand's own.
 
     Raises
     ------
@@ -57,7 +60,7 @@ def read_program(path: str | os.PathLike[str]) -> Program:
             f"{path}: {file.size() / 2**20:.0f} MB is too large; a program has {_MOST_POSITIONS:,} positions or fewer"
         )
     (header_row, header), *body = itertools.islice(file.rows(), _MOST_POSITIONS + 2)
-    columns = _columns(f"{path}, row {header_row}", header)
+    columns = _columns(f"{path}, row {header_row}", header, units)
     if not body:
         raise ProgramError(f"{path}: a header but no positions; write one a row below it")
     if len(body) > _MOST_POSITIONS:
@@ -67,9 +70,9 @@ def read_program(path: str | os.PathLike[str]) -> Program:
     name = os.fspath(path)
     title = f"{len(values)} positions from {path.name}"
     if columns not in _COSINES:
-        names, units = zip(*(setting for column in columns if (setting := unit_of_column(column))), strict=True)
-        settings = np.stack([unit.read(values[:, k]) for k, unit in enumerate(units)], axis=-1)
-        return Program(name, title, name, settings=settings, settings_names=names, settings_units=units)
+        names, own = zip(*(setting for column in columns if (setting := unit_of_column(column, units))), strict=True)
+        settings = np.stack([unit.read(values[:, k]) for k, unit in enumerate(own)], axis=-1)
+        return Program(name, title, name, settings=settings, settings_names=names, settings_units=own)
     lengths = lengths_of(values)
     if (k := first_not_unit(lengths)) is not None:
         raise ProgramError(
@@ -79,7 +82,7 @@ def read_program(path: str | os.PathLike[str]) -> Program:
     return Program(name, title, name, directions=values)
 
 
-def _columns(where: str, header: list[str]) -> tuple[str, ...]:
+def _columns(where: str, header: list[str], units: Sequence[Unit]) -> tuple[str, ...]:
     """Names of the columns to read: all the angles, or else the three cosines."""
     if all(is_number(field.replace(",", ".")) for field in header):
         raise ProgramError(f"{where}: numbers without a header above them; {_COLUMNS}")
@@ -89,10 +92,10 @@ def _columns(where: str, header: list[str]) -> tuple[str, ...]:
             raise ProgramError(f"{where}: column {k + 1} has no name; {_COLUMNS}")
         if name in header[:k]:
             raise ProgramError(f"{where}: column {name!r} is there twice; once is right")
-        if name not in known and not unit_of_column(name):
+        if name not in known and not unit_of_column(name, units):
             close = difflib.get_close_matches(name.lower(), (*known, "alpha1_deg", "alpha2_deg"), n=1)
             raise ProgramError(f"{where}: unknown column {name[:40]!r}{did_you_mean(close)}; {_COLUMNS}")
-    settings = tuple(name for name in header if unit_of_column(name))
+    settings = tuple(name for name in header if unit_of_column(name, units))
     if settings:
         return settings
     triads = [triad for triad in _COSINES if set(triad) & set(header)]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import final
 
@@ -64,9 +65,9 @@ METER = Unit("m", "m", "meters", 1.0)
 UNITS = (DEGREE_PER_SECOND, DEGREE, CELSIUS, SECOND, KELVIN, METER)
 
 
-def unit_of_column(column: str) -> tuple[str, Unit] | None:
-    """Name and unit of the setting that a column is of; None where it is of none."""
-    for unit in UNITS:
+def unit_of_column(column: str, further: Sequence[Unit] = ()) -> tuple[str, Unit] | None:
+    """Name and unit of the setting that a column is of, in further units or those of acalx; None where of none."""
+    for unit in (*further, *UNITS):
         name = column.removesuffix(f"_{unit.suffix}")
         if name != column and name.isidentifier():
             return name, unit

@@ -10,7 +10,7 @@ import numpy as np
 
 from acalx.errors import DataError
 from acalx.estimation import Calibration, Readings
-from acalx.estimation.columns import Known, needs_of
+from acalx.estimation.columns import Known, columns_for, needs_of
 from acalx.estimation.correction import Correctly, ModelCorrection
 from acalx.estimation.files import data_file, deviations_of, find_columns
 from acalx.estimation.residuals import names_of_residuals, suffix
@@ -161,7 +161,15 @@ def record_corrected(
     with directory.whole("corrected.csv") as part, part.open("w", encoding="utf-8", newline="") as out:
         out.write(mark.join([*header, *added]) + "\n")
         for lines, values in file.blocks((*columns, *known.columns)):
-            corrected = correction.apply(values[:, : len(columns)], known.stimulus(values[:, len(columns) :]))
+            felt = known.stimulus(values[:, len(columns) :])
+            missing = [name for name in correction.needs if felt is None or name not in felt]
+            if missing:
+                told = " and ".join(columns_for(name, needed.get(name, "")) for name in missing)
+                raise DataError(
+                    f"{file.path}: these readings are corrected by what is known of each position: give the settings "
+                    f"of the stand, or {told}"
+                )
+            corrected = correction.apply(values[:, : len(columns)], felt)
             out.writelines(
                 line.rstrip() + mark + mark.join(f"{value:.9g}" for value in row) + "\n"
                 for line, row in zip(lines, corrected.tolist(), strict=True)

@@ -10,7 +10,7 @@ from acalx.planning.design import Designed, Request
 from acalx.planning.metrics import figures_of_merit
 from acalx.planning.smallest import Smallest
 from acalx.problem import Problem
-from acalx.programs import read_program
+from acalx.programs import find_program
 from acalx.quantities.magnitude import double_of
 from acalx.recording.parts import described, recorded_metrics
 from acalx.recording.run_directory import RunDirectory
@@ -77,7 +77,7 @@ def record_result(designed: Designed, directory: RunDirectory, **seconds: float)
         Of the whole, as ``total``, and of further parts of the run.
     """
     problem, result = designed.problem, designed.result
-    written = read_program(directory.path / "program.csv").settings_for(problem.stand)
+    written = find_program(str(directory.path / "program.csv"), problem.stand).settings_for(problem.stand)
     status, message = str(result.status), result.message
     wrong = designed.contradiction(written)
     if wrong:

@@ -73,6 +73,7 @@ def descend(
         tolerance=tolerance,
         iterations=iterations,
         project=project if problem.restrictions.active else None,
+        sizes=np.tile(problem.restrictions.sizes, shape[1]),
     )
     return Descent(minima.x.reshape(shape), minima.loss, minima.converged)
 

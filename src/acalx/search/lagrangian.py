@@ -124,6 +124,12 @@ class Lagrangian:
         """Programs (s, n, d) of variables (s, v)."""
         return np.asarray(x[:, : self.angles].reshape(-1, *self.shape))
 
+    def sizes(self, count: int) -> Array:
+        """What is about as much of each of so many variables, (count,)."""
+        found = np.ones(count)
+        found[: self.angles] = np.tile(self.restrictions.sizes, self.shape[0])
+        return found
+
     def _log_t(self, x: Array) -> Array:
         return x[:, self.angles : self.angles + len(self.ceilings)]
 

@@ -19,6 +19,10 @@ class Bounds(Protocol):
     def active(self) -> bool:
         """Whether some programs within the limits are not permitted."""
 
+    @property
+    def sizes(self) -> Array:
+        """What is about as much of each of the d variables of a position, (d,)."""
+
     def limits_around(self, settings: Array) -> tuple[Array, Array]:
         """Limits (s, n d) of the variables around programs (s, n, d), infinite where there are none."""
 

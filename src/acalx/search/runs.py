@@ -168,6 +168,7 @@ class Runs:
             iterations=iterations,
             project=lagrangian.project if lagrangian.restrictions.active else None,
             known=known,
+            sizes=lagrangian.sizes(state.x.shape[-1]),
         )
         state.curvature.put(going, known)
         state.x[going] = minima.x

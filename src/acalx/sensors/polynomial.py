@@ -15,7 +15,7 @@ from acalx.errors import ArgumentError
 from acalx.numerics.arrays import Array, empty_as
 from acalx.options import is_number
 from acalx.quantities.parameter import Parameter
-from acalx.quantities.stimulus import UNITS_OF, Stimulus
+from acalx.quantities.stimulus import UNITS_OF, Stimulus, conversion
 from acalx.sensors.base import Channel, Factors, Sensor
 
 __all__ = [
@@ -52,7 +52,8 @@ class Term:
     factors : tuple of (quantity, component), or str
         As in ``(("specific_force", 0), ("specific_force", 2))`` or ``"fx fz"``; empty for a bias. The letters are
         f specific force, w angular rate, a angular acceleration, b magnetic field, and t temperature, which has
-        no axis.
+        no axis. A quantity is in the unit of the channel that reads it, `Term(None, "wx")` of one in deg/s, where that
+        is one of its kind; otherwise in g, in rates of the Earth, rad/s^2, strengths of the field and degC.
     factor : float
         A constant in front, which brings the product into the unit of the reading.
     channel : int
@@ -111,7 +112,18 @@ class Polynomial(Sensor):
     def needs(self) -> Mapping[str, str]:
         """The quantities that occur in the terms, in the units that stands of acalx give; others as they come."""
         names = dict.fromkeys(quantity for term in self.terms for quantity, _ in term.product)
-        return {name: UNITS_OF.get(name, "") for name in names}
+        return {name: self._unit_of(name) for name in names}
+
+    def _unit_of(self, quantity: str) -> str:
+        """That of a channel which reads the quantity itself, in a unit of its kind; otherwise that of stands."""
+        usual = UNITS_OF.get(quantity, "")
+        scaled = ((t.channel, t.factor * t.parameter.nominal, t.product) for t in self.terms if t.parameter is not None)
+        for channel, factor, product in (*self.ideal, *scaled):
+            own = self.channels[channel].unit
+            plain = factor == 1.0 and [name for name, _ in product] == [quantity]
+            if plain and conversion(usual, own) is not None:
+                return own
+        return usual
 
     @property
     def degree(self) -> int:

@@ -134,8 +134,8 @@ def simulate(
     return Simulated(outcomes, itineraries, model, stand, errors, estimator, trials, order, dwell_s, confidence, seed)
 
 
-def find_programs(names: Sequence[str]) -> list[Program]:
-    """Published programs, or those in files, each once.
+def find_programs(names: Sequence[str], stand: Stand | None = None) -> list[Program]:
+    """Published programs, or those in files, perhaps in units that a stand has, each once.
 
     Raises
     ------
@@ -143,7 +143,7 @@ def find_programs(names: Sequence[str]) -> list[Program]:
         None at all, one that is there twice, one that there is not.
     """
     _check_names(names)
-    return [find_program(name) for name in names]
+    return [find_program(name, stand) for name in names]
 
 
 def _check_names(names: Sequence[str]) -> None:
@@ -167,6 +167,6 @@ def _settings_of(programs: Program | str | Array | Sequence[Program | str | Arra
             name = "program" if len(given) == 1 else f"program {k}"
             units = tuple(setting.unit for setting in stand.settings)
             one = Program(name, name, name, one, stand.axes.names, settings_units=units)
-        found.append(find_program(one) if isinstance(one, str) else one)
+        found.append(find_program(one, stand) if isinstance(one, str) else one)
     _check_names([program.name for program in found])
     return {program.name: program.settings_for(stand) for program in found}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -18,6 +19,8 @@ __all__ = ["Axes"]
 # So many random settings are drawn, so many times, before a stand counts as forbidden everywhere.
 _DRAWN = 64
 _MOST_DRAWS = 200
+# Ranges of settings that are no angles, in SI units, beside which a radian is neither much nor little.
+_SMALL, _LARGE = 0.05, 500.0
 
 
 @dataclass(frozen=True)
@@ -62,6 +65,13 @@ class Axes:
     def bounds(self) -> Array:
         """Lower and upper limits of the settings, (d, 2)."""
         return np.array([(setting.lower, setting.upper) for setting in self.settings])
+
+    @cached_property
+    def sizes(self) -> Array:
+        """What is about as much of each setting, (d,), a power of two: 1 unless its range is far from that."""
+        ranges = np.array([1.0 if setting.angle else setting.upper - setting.lower for setting in self.settings])
+        far = (ranges > 0.0) & ((ranges < _SMALL) | (ranges > _LARGE))
+        return np.where(far, 2.0 ** np.round(np.log2(np.where(far, ranges, 1.0))), 1.0)
 
     @property
     def free_bounds(self) -> Array:

@@ -220,7 +220,7 @@ def _verticals(model: Model, programs: Sequence[Program | str | Array], stand: S
             assert directions is not None
             verticals[name] = directions
             continue
-        program = find_program(one) if isinstance(one, str) else one
+        program = find_program(one, stand) if isinstance(one, str) else one
         felt = stand.stimulus(program.settings_for(stand))
         if quantity in felt and felt.weights is None:
             verticals[program.name] = felt[quantity]
