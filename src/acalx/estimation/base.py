@@ -5,6 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -28,6 +29,8 @@ _SCALE_STEPS = 20
 _SETTLED, _MOST_ROUNDS = 1e-6, 100
 # So many roundings of a reading are in a residual, at most: what is smaller says nothing.
 _ROUNDINGS = 16.0 * float(np.finfo(float).eps)
+# They are not looked at before so many steps: as a rule these are enough without.
+_FEW = 2
 Linearize = Callable[[Array], tuple[Array, Array]]
 
 
@@ -151,7 +154,7 @@ class Estimator(ABC):
                 piece = flat[part] if len(flat) == 1 else np.asfortranarray(flat[part])
                 of_part = None if known is None else known.made({name: of(part) for name, of in felt.items()})
                 linearize = self.linearization(model, piece, of_part)
-                rounding = _rounding(model, piece, of_part)
+                rounding = partial(_rounding, model, piece, of_part)
                 x, converged, steps = _descend(linearize, starts[part], self, noise_of(part), model, rounding)
                 left, rows = linearize(x)
                 parts.append((x, left, rows if rows.ndim > 2 else rows[None], converged))
@@ -184,12 +187,17 @@ def _rounding(model: Model, readings: Array, known: Stimulus | None) -> Array:
 
 
 def _descend(
-    linearize: Linearize, start: Array, options: Estimator, noise: Array | None, model: Model, rounding: Array
+    linearize: Linearize,
+    start: Array,
+    options: Estimator,
+    noise: Array | None,
+    model: Model,
+    rounding: Callable[[], Array],
 ) -> tuple[Array, np.ndarray, int]:
     """Weighted steps of Gauss and Newton for a stack (T, p), each loss from where the one before it ended.
 
     Steps are measured in standard errors: d' M d is p for one that is as long as those are. None is shorter than what
-    rounding (T,) of the residuals makes of it.
+    rounding (T,) of the residuals makes of it, which is looked at where two steps were not enough.
     """
     losses = [options.loss]
     while (first := losses[0].first) is not None:
@@ -198,7 +206,7 @@ def _descend(
     prior = model.prior_information
     informed = model.informed
     converged = np.zeros(len(x), dtype=bool)
-    floor = rounding**2 if noise is None else (rounding / noise.min(axis=-1)) ** 2
+    floor: Array | None = None
     for loss in losses:
         scale = np.ones(len(x))
         for count in range(options.iterations):
@@ -216,10 +224,18 @@ def _descend(
                 variance = (residual * residual).sum(axis=-1) / max(1, residual.shape[-1] - x.shape[-1])
             else:
                 variance = scale**2
-            converged = length <= x.shape[-1] * (options.tolerance**2 * variance + floor)
+            enough = options.tolerance**2 * variance
+            converged = length <= x.shape[-1] * enough
+            if count >= _FEW and not converged.all():
+                floor = _squared(rounding(), noise) if floor is None else floor
+                converged = length <= x.shape[-1] * (enough + floor)
             if (converged | ~np.isfinite(length)).all():
                 break
     return x, converged, iterations
+
+
+def _squared(rounding: Array, noise: Array | None) -> Array:
+    return np.asarray(rounding**2 if noise is None else (rounding / noise.min(axis=-1)) ** 2)
 
 
 def _step(

@@ -66,7 +66,8 @@ def run_campaign(
     require_confidence(confidence)
     model, n = campaign.model, campaign.n
     model = estimator.model_for(model)
-    information = _regular_information(replace(campaign, model=model), name)
+    compared = campaign if model is campaign.model else replace(campaign, model=model)
+    information = _regular_information(compared, name)
     if chunk is None:
         chunk = _CHUNK_BYTES // (8 * n * campaign.channels)
     chunk = BLOCK * max(1, chunk // BLOCK)
