@@ -155,7 +155,7 @@ def test_steps_end_by_standard_errors_whatever_the_units(scale: float, noise: fl
     found, same = (Iterated().estimate(model, readings, known) for model in (plain, other))
     assert found.converged.all()
     assert same.converged.all()
-    assert same.iterations <= found.iterations
+    assert same.iterations <= max(found.iterations, 3)  # before the third, roundings are not looked at
     np.testing.assert_allclose(same.parameters * scale, found.parameters, rtol=1e-6)
     if noise == 0.0:
         np.testing.assert_allclose(found.parameters, np.broadcast_to(truth, (4, 3)), rtol=1e-12)
