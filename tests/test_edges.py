@@ -227,14 +227,17 @@ class InMeters(Polynomial):
     def senses(self) -> tuple[str, ...]:
         return ("specific_force",)
 
+    letter: str = "f"
+
     @property
     def channels(self) -> tuple[Channel, ...]:
-        return tuple(Channel(f"a{axis}", "m/s^2", 1e-2) for axis in "xyz")
+        return tuple(Channel(f"a{axis}", *self.needs.values(), 1e-2) for axis in "xyz")
 
     @property
     def terms(self) -> tuple[Term, ...]:
-        biases = (Term(Parameter(f"bias_{axis}", "bias", "m/s^2"), "", 1.0, k) for k, axis in enumerate("xyz"))
-        return (*(Term(None, f"f{axis}", 1.0, k) for k, axis in enumerate("xyz")), *biases)
+        (unit,) = self.needs.values()
+        biases = (Term(Parameter(f"bias_{axis}", "bias", unit), "", 1.0, k) for k, axis in enumerate("xyz"))
+        return (*(Term(None, self.letter + axis, 1.0, k) for k, axis in enumerate("xyz")), *biases)
 
 
 def test_what_was_felt_keeps_its_unit_in_joined_models() -> None:
@@ -384,14 +387,11 @@ def test_a_length_in_a_unit_that_nobody_knows_is_refused() -> None:
         def needs(self) -> Mapping[str, str]:  # type: ignore[override]
             return {"magnetic_field": "uT"}
 
+        letter: str = "b"
+
         @property
         def senses(self) -> tuple[str, ...]:
             return ("magnetic_field",)
-
-        @property
-        def terms(self) -> tuple[Term, ...]:
-            biases = (Term(Parameter(f"bias_{axis}", "bias", "uT"), "", 1.0, k) for k, axis in enumerate("xyz"))
-            return (*(Term(None, f"b{axis}", 1.0, k) for k, axis in enumerate("xyz")), *biases)
 
     with pytest.raises(CompatibilityError, match="takes the magnetic field in uT, in which its length is not known"):
         Compared(Teslas(), Magnitude())

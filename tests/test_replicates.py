@@ -65,7 +65,12 @@ def test_stops_of_a_stand_with_steps_differ(stand: Stand) -> None:
 
 
 def test_what_no_stand_tells_and_is_zero_then_does_not_count() -> None:
-    problem_of(RateTable(), IMU(arms=())).restrictions.random(np.random.default_rng(0), 2)
+    problem = problem_of(RateTable(), IMU(arms=()))
+    programs = problem.restrictions.random(np.random.default_rng(0), 2)
+    assert programs.shape == (2, problem.n, 3)
+    assert np.isfinite(problem.loss(programs)).all()
+    same = problem.restrictions.alike(programs[0], programs[0])
+    np.testing.assert_array_equal(same, np.eye(problem.n, dtype=bool))
 
 
 def test_a_design_on_a_rate_table_has_positions_that_differ() -> None:
