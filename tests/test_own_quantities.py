@@ -15,11 +15,14 @@ import acalx
 from acalx.errors import CompatibilityError, DataError, PluginError
 from acalx.estimation import calibrate, read_readings
 from acalx.estimation.columns import needs_of
+from acalx.estimation.correction import ModelCorrection
 from acalx.models import Compared, Joined, Magnitude, Model, Outputs, VectorAccel, as_model
 from acalx.models.contract import check_declared
 from acalx.numerics.arrays import Array
 from acalx.quantities.parameter import Parameter
 from acalx.quantities.stimulus import Stimulus
+from acalx.recording import RunDirectory
+from acalx.recording.calibration import record_corrected
 from acalx.sensors import Channel, Sensor
 from acalx.stands import Setting, Stand, TwoAxis
 
@@ -107,6 +110,23 @@ def test_columns_that_are_missing_are_named_one_by_one(tmp_path: Path) -> None:
     readings = read_readings(path, ["ex", "ey", "ez"], quantities={"electric_field": "V/m"})
     with pytest.raises(DataError, match="electric_field_x_V_m, electric_field_y_V_m, electric_field_z_V_m"):
         calibrate(readings, Probe())
+
+
+def test_a_correction_names_the_columns_that_it_lacks(tmp_path: Path) -> None:
+    path = tmp_path / "alone.csv"
+    path.write_text("ex,ey,ez\n1,2,3\n", encoding="utf-8")
+    correction = ModelCorrection(as_model(Blind()), TRUTH, np.ones(3), 0.0, "V/m")
+    with pytest.raises(DataError, match=r"corrected by what is known .* electric_field_x_V_m, electric_field_y_V_m"):
+        record_corrected(correction, str(path), ["ex", "ey", "ez"], RunDirectory(tmp_path / "run", []))
+
+
+@dataclass(frozen=True)
+class Blind(Probe):
+    """The same, whose readings tell nothing by themselves."""
+
+    @property
+    def senses(self) -> tuple[str, ...]:
+        return ()
 
 
 def test_what_is_no_vector_has_no_magnitude() -> None:

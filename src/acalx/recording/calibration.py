@@ -155,7 +155,8 @@ def record_corrected(
     added = [f"{name}_{suffix(unit)}" for name, unit in zip(columns, units, strict=True)]
     if set(added) & set(header):
         raise DataError(f"{file.path}: has a column {(set(added) & set(header)).pop()} already; is it corrected?")
-    needed = needs_of(correction.model) if isinstance(correction, ModelCorrection) else {}
+    model = correction.model if isinstance(correction, ModelCorrection) else None
+    needed, widths = ({}, {}) if model is None else (needs_of(model), dict(model.widths))
     known = Known(file, header, {name: needed.get(name, "") for name in correction.needs}, stand, columns)
     mark, count, magnitude = file.delimiter(), 0, 0.0
     with directory.whole("corrected.csv") as part, part.open("w", encoding="utf-8", newline="") as out:
@@ -164,7 +165,7 @@ def record_corrected(
             felt = known.stimulus(values[:, len(columns) :])
             missing = [name for name in correction.needs if felt is None or name not in felt]
             if missing:
-                told = " and ".join(columns_for(name, needed.get(name, "")) for name in missing)
+                told = " and ".join(columns_for(name, needed.get(name, ""), widths.get(name, 1)) for name in missing)
                 raise DataError(
                     f"{file.path}: these readings are corrected by what is known of each position: give the settings "
                     f"of the stand, or {told}"
